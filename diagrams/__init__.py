@@ -1,0 +1,1 @@
+"""Assembly of drake_ltl's systems into Drake diagrams."""

@@ -1,0 +1,59 @@
+"""Everything drake_ltl raises on purpose, in one small tree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class DrakeLtlError(Exception):
+    """Base of all errors of drake_ltl."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One thing that is wrong with an input: where it stands, what is wrong, what would be right."""
+
+    where: str
+    """Key path in the file, such as `agents.a1.radius`, or the file itself."""
+    what: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}; {self.remedy}"
+
+
+class InvalidInputError(DrakeLtlError):
+    """An input that cannot be used. Carries every mistake found; prints one line for each."""
+
+    def __init__(self, mistakes: Sequence[Mistake]):
+        self.mistakes = tuple(mistakes)
+        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+class MissingDependencyError(DrakeLtlError):
+    """A library that is needed is not installed; the message says how to get it on this platform."""
+
+
+class InfeasibleError(DrakeLtlError):
+    """No plan satisfies the specification (or none can be carried out); the message says why."""
+
+
+class CertificateError(DrakeLtlError):
+    """A plan failed its own check: a defect of the planner, never of the input."""
+
+
+class PlacementError(DrakeLtlError):
+    """A plan's bodies cannot be placed in their regions. `step` is the index of the plan's move that failed."""
+
+    def __init__(self, message: str, step: int):
+        self.step = step
+        super().__init__(message)
+
+
+class GraspError(DrakeLtlError):
+    """A weld was commanded while the end-effector was not where the grasp frame is."""
+
+
+class ExecutionError(DrakeLtlError):
+    """The simulated mission cannot go on (a state that is not finite, for instance)."""

@@ -1,0 +1,153 @@
+"""The problem as immutable data: workspace, regions, agents, objects and what each must do.
+
+All lengths are in m, angles in rad; positions are in the world frame W, whose z axis points up from the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Region:
+    """A ball pi_k of the workspace."""
+
+    name: str
+    centre: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class Agent:
+    """A robot i with its power zeta_i and its formula phi_i over what it experiences itself."""
+
+    name: str
+    model: str
+    """URI of the URDF (`package://drake_ltl_models/...`) or a path, already absolute or package-relative."""
+    position: tuple[float, float]
+    heading: float
+    power: float
+    spec: str = "1"
+    joints: tuple[float, ...] | None = None
+    """Arm joint angles at the start; None lets the start posture be chosen."""
+    radius: float | None = None
+    """r_i; None means that it is measured from the model."""
+
+
+@dataclass(frozen=True)
+class TransportObject:
+    """An object j with the power Lambda_j that carrying it needs, and its formula phi_j^O."""
+
+    name: str
+    model: str
+    position: tuple[float, float]
+    power_needed: float
+    spec: str = "1"
+    radius: float | None = None
+    """r_j^O; None means that it is measured from the model."""
+    team_radius: float | None = None
+    """r_{T,j}; None means that it is computed from the models."""
+
+
+@dataclass(frozen=True)
+class PublishedFits:
+    """A region's content fits iff a weighted count of its bodies does not exceed a capacity."""
+
+    agent: float
+    grasping: float
+    object: float
+    capacity: float
+
+
+@dataclass(frozen=True)
+class ControllerSettings:
+    """Gains of the control laws (10a), (10b), the hold and the reach controllers."""
+
+    kappa: float = 40.0
+    """Exponent of the navigation function; must grow with the number of relations."""
+    lambda_: float = 0.0
+    """Weight of the relation verification functions (key `lambda` in a file)."""
+    h: float = 1.0
+    """Root of the complement's product in the relation verification functions."""
+    force: float = 20.0
+    """k, far-field force of the navigation potential [N]."""
+    delta: float = 0.5
+    """Distance within which the potential turns quadratic [m]; k / delta is the stiffness at the goal."""
+    base_damping: float = 12.0
+    """K_z of the base's joints [N s/m]."""
+    arm_damping: float = 3.0
+    """K_z of the arm's joints [N m s/rad]."""
+    team_damping: float = 12.0
+    """Damping of the carried object's velocity [N s/m]."""
+    team_rotation_damping: float = 4.0
+    """Damping of the carried object's angular velocity [N m s/rad]."""
+    period: float = 0.01
+    """The navigation function's gradient is held for this long [s]."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """When a goal counts as reached and a grasp as made."""
+
+    position: float = 0.03
+    """Travel and transport end within this distance of the goal [m]."""
+    speed: float = 0.03
+    """... and below this speed [m/s]."""
+    joint: float = 0.03
+    """... with arm joints this close [rad]."""
+    weld_position: float = 1e-3
+    """Largest gap at which a weld is made [m]."""
+    weld_angle: float = 1.7453292519943296e-3
+    """Largest misalignment at which a weld is made [rad] (0.1 degree)."""
+
+
+@dataclass(frozen=True)
+class SimulationSettings:
+    """How a mission is run."""
+
+    time_step: float = 0.005
+    """Of the discrete plant [s]."""
+    suffix_rounds: int = 1
+    step_time_limit: float = 300.0
+    """A plan step that takes longer stops the run with a verdict [s]."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A whole problem, validated. See `drake_ltl.scenario.load`."""
+
+    name: str
+    workspace_radius: float
+    regions: tuple[Region, ...]
+    agents: tuple[Agent, ...]
+    objects: tuple[TransportObject, ...]
+    spec: str = "1"
+    """Global formula over `member.proposition`."""
+    services: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    """L_i and L_j^O as member -> region -> services; a region not named offers its own name."""
+    cost: str = "squared_distance"
+    fits: PublishedFits | None = None
+    """None means geometric."""
+    seed: int = 0
+    controller: ControllerSettings = ControllerSettings()
+    tolerances: Tolerances = Tolerances()
+    simulation: SimulationSettings = SimulationSettings()
+    source: str = ""
+    """The text the scenario was read from; a recording carries it."""
+
+    @property
+    def region_names(self) -> tuple[str, ...]:
+        return tuple(region.name for region in self.regions)
+
+    @property
+    def agent_names(self) -> tuple[str, ...]:
+        return tuple(agent.name for agent in self.agents)
+
+    @property
+    def object_names(self) -> tuple[str, ...]:
+        return tuple(obj.name for obj in self.objects)
+
+    def region(self, name: str) -> Region:
+        """The region called `name`; KeyError if there is none."""
+        return {region.name: region for region in self.regions}[name]

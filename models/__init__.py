@@ -1,0 +1,1 @@
+"""Robots and objects shipped with drake_ltl, as the Drake package `drake_ltl_models`."""
