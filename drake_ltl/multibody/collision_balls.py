@@ -1,0 +1,70 @@
+"""Balls whose convex hulls cover the collision geometry of bodies: what radii are measured from."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, Mesh, SceneGraphInspector, Shape, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+
+from drake_ltl.errors import DrakeLtlError
+
+RIM_SEGMENTS = 32
+"""A cylinder's rim counts as the regular polygon around it with this many corners (0.5 % larger at its corners)."""
+
+
+def body_balls(plant: MultibodyPlant, inspector: SceneGraphInspector, body: RigidBody) -> np.ndarray:
+    """(n, 4) rows (x, y, z, radius) [m] in the body's frame; their convex hull covers its collision geometry."""
+    balls = [
+        moved(inspector.GetPoseInFrame(geometry), shape_balls(inspector.GetShape(geometry)))
+        for geometry in plant.GetCollisionGeometriesForBody(body)
+    ]
+    return np.concatenate(balls) if balls else np.zeros((0, 4))
+
+
+def moved(X_AB: RigidTransform, balls_B: np.ndarray) -> np.ndarray:
+    """The balls (n, 4), given in B, in A."""
+    return np.column_stack([(X_AB @ balls_B[:, :3].T).T, balls_B[:, 3]])
+
+
+def farthest(balls: np.ndarray, point: np.ndarray) -> float:
+    """Largest distance [m] from the point (3,) to a point of the balls (n, 4)."""
+    return float((np.linalg.norm(balls[:, :3] - point, axis=1) + balls[:, 3]).max())
+
+
+def shape_balls(shape: Shape) -> np.ndarray:
+    """(n, 4) rows (x, y, z, radius) [m] in the shape's frame; their convex hull covers the shape.
+
+    Raises:
+        DrakeLtlError: an unbounded shape, such as a half-space.
+    """
+    if isinstance(shape, Box):
+        return _points(_CORNERS * np.asarray(shape.size()) / 2)
+    if isinstance(shape, Sphere):
+        return np.array([[0.0, 0.0, 0.0, shape.radius()]])
+    if isinstance(shape, Capsule):
+        half, radius = shape.length() / 2, shape.radius()
+        return np.array([[0.0, 0.0, -half, radius], [0.0, 0.0, half, radius]])
+    if isinstance(shape, Ellipsoid):
+        return _points(_CORNERS * [shape.a(), shape.b(), shape.c()])
+    if isinstance(shape, Cylinder):
+        return _points(_prism(shape.radius(), shape.length() / 2))
+    if isinstance(shape, (Convex, Mesh)):
+        surface = shape.GetConvexHull()
+        return _points(np.array([surface.vertex(i) for i in range(surface.num_vertices())]))
+    raise DrakeLtlError(f"a collision geometry of type {type(shape).__name__} has no finite radius")
+
+
+_CORNERS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, 8).T
+
+
+def _points(points: np.ndarray) -> np.ndarray:
+    return np.column_stack([points, np.zeros(len(points))])
+
+
+def _prism(radius: float, half_length: float) -> np.ndarray:
+    angles = 2 * np.pi * np.arange(RIM_SEGMENTS) / RIM_SEGMENTS
+    outer = radius / np.cos(np.pi / RIM_SEGMENTS)
+    rim = np.column_stack([outer * np.cos(angles), outer * np.sin(angles), np.zeros(RIM_SEGMENTS)])
+    return np.concatenate([rim - [0, 0, half_length], rim + [0, 0, half_length]])

@@ -1,0 +1,176 @@
+"""Measures, with Drake, the numbers that planning needs of the models (planning.geometry.Geometry)."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.multibody.collision_balls import farthest
+from drake_ltl.multibody.object_model import ObjectModel
+from drake_ltl.multibody.postures import GraspConfiguration, grasp_configurations
+from drake_ltl.planning.geometry import Geometry, GraspOption, Vector3
+from drake_ltl.scenario.model import Scenario
+
+STANDOFF_GAP = 0.10
+"""Between the spheres of an agent at its stand-off and of the object [m]: what packing asks for, with slack."""
+LEAST_APPROACH = 0.25
+"""The straight way from stand-off to grasp is at least this long [m], so that the gripper clears the handle."""
+TEAM_SLACK = 0.03
+"""Added to r_{T,j} for what the joints give way while carrying [m]."""
+MAX_SAMPLES = 4000
+"""Configurations at which an agent's radius is measured."""
+
+
+@dataclass(frozen=True)
+class MeasuredModels:
+    """The models of a scenario with everything measured from them."""
+
+    agents: Mapping[str, AgentModel]
+    objects: Mapping[str, ObjectModel]
+    postures: Mapping[str, Mapping[str, np.ndarray]]
+    """agent -> posture -> arm joints (n_i - 2,)."""
+    grasps: Mapping[tuple[str, str], tuple[GraspConfiguration, ...]]
+    """(agent, object) -> ways to grasp it when it stands at the origin."""
+    geometry: Geometry
+
+
+def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
+    """Loads the scenario's models and measures radii, postures and grasps.
+
+    Radii that the scenario gives are taken as they are.
+
+    Raises:
+        InvalidInputError: a model cannot be used.
+    """
+    agents = {agent.name: AgentModel(agent) for agent in scenario.agents}
+    objects = {obj.name: ObjectModel(obj) for obj in scenario.objects}
+    grasps = {
+        (a, o): grasp_configurations(agents[a], objects[o].X_OG, objects[o].height)
+        for a, o in itertools.product(agents, objects)
+    }
+    postures = {name: _postures(model, name, grasps) for name, model in agents.items()}
+    agent_radius = {
+        agent.name: agent.radius if agent.radius is not None else bounding_radius(agents[agent.name])
+        for agent in scenario.agents
+    }
+    object_radius = {
+        obj.name: obj.radius if obj.radius is not None else round_up(objects[obj.name].radius)
+        for obj in scenario.objects
+    }
+    geometry = Geometry(
+        agent_radius=agent_radius,
+        object_radius=object_radius,
+        object_height={name: model.height for name, model in objects.items()},
+        team_radius={
+            obj.name: obj.team_radius
+            if obj.team_radius is not None
+            else round_up(_team_radius(agents, objects[obj.name], grasps) + TEAM_SLACK)
+            for obj in scenario.objects
+        },
+        postures={
+            name: {key: centre_offset(agents[name], arm) for key, arm in table.items()}
+            for name, table in postures.items()
+        },
+        grasps={
+            (a, o): tuple(
+                _grasp_option(
+                    agents[a],
+                    objects[o],
+                    configuration,
+                    posture_name(postures[a], configuration),
+                    agent_radius[a] + object_radius[o],
+                )
+                for configuration in grasps[a, o]
+            )
+            for a, o in grasps
+        },
+    )
+    return MeasuredModels(agents, objects, postures, grasps, geometry)
+
+
+def centre_offset(model: AgentModel, arm: np.ndarray) -> Vector3:
+    """p_BC_W [m]: the sphere's centre as seen from the base's origin on the floor."""
+    return _vector3(model.centre(np.concatenate([np.zeros(NUM_BASE_JOINTS), arm])))
+
+
+def posture_name(postures: Mapping[str, np.ndarray], configuration: GraspConfiguration) -> str:
+    """The name under which the arm's posture of a grasp is listed."""
+    arm = configuration.q[NUM_BASE_JOINTS:]
+    return next(name for name, other in postures.items() if np.allclose(arm, other, rtol=0.0, atol=1e-6))
+
+
+def bounding_radius(model: AgentModel) -> float:
+    """r_i [m], rounded up to a millimetre: covers all collision geometry from c_i in every sampled configuration.
+
+    The arm's joints run over a grid of their ranges (over +-pi where a joint has no limits).
+    """
+    configurations = (np.concatenate([np.zeros(NUM_BASE_JOINTS), arm]) for arm in _arm_samples(model))
+    return round_up(max(farthest(model.volume(q), model.centre(q)) for q in configurations))
+
+
+def round_up(length: float) -> float:
+    """To the next millimetre."""
+    return float(np.ceil(length * 1e3 - 1e-9) / 1e3)
+
+
+def _arm_samples(model: AgentModel) -> Iterator[tuple[float, ...]]:
+    lower = np.maximum(model.plant.GetPositionLowerLimits()[NUM_BASE_JOINTS:], -np.pi)
+    upper = np.minimum(model.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS:], np.pi)
+    per_joint = max(2, int(MAX_SAMPLES ** (1 / max(1, len(lower)))))
+    return itertools.product(*(np.linspace(lo, hi, per_joint) for lo, hi in zip(lower, upper, strict=True)))
+
+
+def _postures(
+    model: AgentModel, agent: str, grasps: Mapping[tuple[str, str], tuple[GraspConfiguration, ...]]
+) -> dict[str, np.ndarray]:
+    """Start posture if the scenario gives one, then each grasp's (alike ones once), then all joints at zero."""
+    table: dict[str, np.ndarray] = {}
+
+    def add(name: str, arm: np.ndarray) -> None:
+        if not any(np.allclose(arm, other, rtol=0.0, atol=1e-6) for other in table.values()):
+            table[name] = arm
+
+    if model.agent.joints is not None:
+        add("start", np.asarray(model.agent.joints, dtype=float))
+    for (a, o), configurations in grasps.items():
+        for configuration in configurations:
+            if a == agent:
+                name = configuration.name if configuration.name not in table else f"{configuration.name}_{o}"
+                add(name, configuration.q[NUM_BASE_JOINTS:])
+    add("zero", np.zeros(model.n - NUM_BASE_JOINTS))
+    return table
+
+
+def _grasp_option(
+    model: AgentModel, obj: ObjectModel, configuration: GraspConfiguration, posture: str, clear: float
+) -> GraspOption:
+    """Backs off from the grasp, straight against the gripper's direction, until the spheres are apart."""
+    p_OoC = model.centre(configuration.q) - [0.0, 0.0, obj.height]
+    back = -configuration.X_OE.rotation().matrix()[:, 2]
+    along, beside = float(p_OoC @ back), p_OoC - (p_OoC @ back) * back
+    needed = np.sqrt(max(0.0, (clear + STANDOFF_GAP) ** 2 - float(beside @ beside))) - along
+    standoff = p_OoC + max(needed, LEAST_APPROACH) * back
+    return GraspOption(configuration.name, _vector3(standoff), _vector3(p_OoC), posture)
+
+
+def _team_radius(
+    agents: Mapping[str, AgentModel],
+    obj: ObjectModel,
+    grasps: Mapping[tuple[str, str], tuple[GraspConfiguration, ...]],
+) -> float:
+    """Largest distance from Oo of a point of the object or of an agent that grasps it."""
+    p_WOo = np.array([0.0, 0.0, obj.height])
+    reaches = [
+        farthest(model.volume(configuration.q), p_WOo)
+        for name, model in agents.items()
+        for configuration in grasps[name, obj.object.name]
+    ]
+    return max([obj.radius, *reaches])
+
+
+def _vector3(array: np.ndarray) -> Vector3:
+    x, y, z = (float(value) for value in array)
+    return (x, y, z)

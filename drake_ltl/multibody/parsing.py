@@ -1,0 +1,130 @@
+"""Adds a scenario's agents and objects to a MultibodyPlant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.dom import minidom
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.models import package_xml
+from drake_ltl.scenario.model import Agent, TransportObject
+from drake_ltl.scenario.model_files import resolve
+
+GRASP_FRAME = "grasp"
+"""Frame of an agent's URDF at the gripper's tip, z forward: the end-effector frame {E}."""
+CENTRE_FRAME = "bounding_centre"
+"""Frame of an agent's URDF at the centre c_i of its bounding sphere."""
+MOUNT_JOINT = "mount"
+"""Fixed joint of an agent's URDF whose yaw is the scenario's `heading`."""
+RING_FRAME = "grasp_ring"
+"""Frame of an object's SDF: one grasp frame; rotating it about the object's z axis gives all others."""
+HANDLE_PREFIX = "handle"
+"""Collision geometries of an object that grippers are meant to touch begin with this."""
+
+
+def AddAgentModel(plant: MultibodyPlant, agent: Agent) -> ModelInstanceIndex:
+    """Adds the agent's URDF under its own name, its arm turned by its heading.
+
+    Raises:
+        InvalidInputError: the file cannot be parsed, lacks the frames `grasp` and `bounding_centre`, has a
+            joint without an actuator, or has a heading but no fixed joint `mount` to turn.
+    """
+    path = resolve(agent.model)
+    actuators_before = plant.num_actuators()
+    instance = _parse(plant, f"agents.{agent.name}.model", path, _with_heading(agent, path), "urdf", agent.name)
+    for frame in (GRASP_FRAME, CENTRE_FRAME):
+        if not plant.HasFrameNamed(frame, instance):
+            raise InvalidInputError(
+                [
+                    Mistake(
+                        f"agents.{agent.name}.model",
+                        f"{path.name} has no frame {frame!r}",
+                        f'add <frame name="{frame}" link="..." xyz="..." rpy="..."/> to it',
+                    )
+                ]
+            )
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices(instance)]
+    dofs = sum(joint.num_velocities() for joint in joints)
+    actuators = plant.num_actuators() - actuators_before
+    if actuators != dofs:
+        raise InvalidInputError(
+            [
+                Mistake(
+                    f"agents.{agent.name}.model",
+                    f"{path.name} has {dofs} degrees of freedom but {actuators} actuators",
+                    "give every movable joint a <transmission> with an actuator",
+                )
+            ]
+        )
+    return instance
+
+
+def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstanceIndex:
+    """Adds the object's SDF (one free body) under its own name.
+
+    Raises:
+        InvalidInputError: the file cannot be parsed, has more than one link, or lacks the frame `grasp_ring`.
+    """
+    path = resolve(obj.model)
+    where = f"objects.{obj.name}.model"
+    instance = _parse(plant, where, path, path.read_text(encoding="utf-8"), path.suffix.lstrip("."), obj.name)
+    if len(plant.GetBodyIndices(instance)) != 1:
+        raise InvalidInputError([Mistake(where, f"{path.name} has several links", "an object is one rigid link")])
+    if not plant.HasFrameNamed(RING_FRAME, instance):
+        raise InvalidInputError(
+            [
+                Mistake(
+                    where,
+                    f"{path.name} has no frame {RING_FRAME!r}",
+                    "add the grasp frame at azimuth 0, its z axis pointing towards the object",
+                )
+            ]
+        )
+    return instance
+
+
+def _with_heading(agent: Agent, path: Path) -> str:
+    """The URDF's text with the heading written into the yaw of its `mount` joint."""
+    text = path.read_text(encoding="utf-8")
+    if agent.heading == 0.0:
+        return text
+    document = minidom.parseString(text)  # unlike ElementTree it keeps the prefix of Drake's own tags
+    for joint in document.getElementsByTagName("joint"):
+        if joint.getAttribute("name") == MOUNT_JOINT and joint.getAttribute("type") == "fixed":
+            origins = joint.getElementsByTagName("origin")
+            origin = origins[0] if origins else joint.appendChild(document.createElement("origin"))
+            roll, pitch, yaw = (float(angle) for angle in (origin.getAttribute("rpy") or "0 0 0").split())
+            origin.setAttribute("rpy", f"{roll!r} {pitch!r} {yaw + agent.heading!r}")
+            return document.toxml()
+    raise InvalidInputError(
+        [
+            Mistake(
+                f"agents.{agent.name}.heading",
+                f"{agent.heading!r} cannot be applied: {path.name} has no fixed joint {MOUNT_JOINT!r}",
+                "set heading: 0, or name the joint that carries the arm so",
+            )
+        ]
+    )
+
+
+def _parse(
+    plant: MultibodyPlant, where: str, path: Path, text: str, file_type: str, name: str
+) -> ModelInstanceIndex:
+    parser = Parser(plant, model_name_prefix="")
+    parser.SetAutoRenaming(True)
+    parser.package_map().AddPackageXml(str(package_xml()))
+    if path.parent.joinpath("package.xml").exists():
+        parser.package_map().PopulateFromFolder(str(path.parent))
+    try:
+        (instance,) = parser.AddModelsFromString(text, file_type)
+    except (RuntimeError, ValueError) as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise InvalidInputError(
+            [Mistake(where, f"{path.name} does not parse: {reason}", "mend the file")]
+        ) from error
+    plant.RenameModelInstance(instance, name)
+    return instance
