@@ -99,7 +99,7 @@ class Relations:
     def violated(self, p: Array) -> list[Label]:
         """Labels of the relations whose beta is not positive (or not a number) at some of p (..., P, 3)."""
         positive = self.betas(p) > 0.0
-        everywhere = positive.reshape(-1, len(self)).all(axis=0)
+        everywhere = positive.all(axis=tuple(range(positive.ndim - 1)))
         return [label for label, holds in zip(self.labels, everywhere, strict=True) if not holds]
 
     @cached_property
