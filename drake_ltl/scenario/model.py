@@ -1,6 +1,7 @@
 """The problem as immutable data: workspace, regions, agents, objects and what each must do.
 
-All lengths are in m, angles in rad; positions are in the world frame W, whose z axis points up from the floor.
+All lengths are in m, angles in rad; positions are in the world frame W, whose z axis points up from the
+floor.
 """
 
 from __future__ import annotations

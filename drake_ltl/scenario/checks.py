@@ -1,0 +1,138 @@
+"""What is wrong although every single value can be read: names, regions and models against each other."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from drake_ltl.scenario import model_files
+from drake_ltl.scenario.model import Agent, Region, TransportObject
+from drake_ltl.scenario.names import check_name
+from drake_ltl.scenario.table import Table, UnfitValueError, did_you_mean, listing, shown
+
+ROUNDING = 1e-9
+"""Overlaps below this [m] are rounding of decimal numbers."""
+
+
+def note_name(name: Any, table: Table) -> None:
+    """Notes a name that cannot stand in a formula."""
+    table.attempt(name, lambda: check_name(name))
+
+
+def note_unknown(name: Any, known: Iterable[Any], kind: str, table: Table) -> None:
+    """Notes that nothing of that `kind` is called `name`."""
+    remedy = f"{did_you_mean(name, known)}known {kind}s: {listing(known)}"
+    table.note(table.where(name), f"there is no {kind} {shown(name)}", remedy)
+
+
+def name_list(value: Any) -> tuple[str, ...]:
+    """Names of services, each once."""
+    if not isinstance(value, list):
+        raise UnfitValueError(f"{shown(value)} is not a list of names", "write [charge, dock] or []")
+    names = tuple(check_name(entry) for entry in value)
+    if len(set(names)) < len(names):
+        raise UnfitValueError(f"{shown(value)} names a service twice", "write each once")
+    return names
+
+
+def text_keys(*tables: Table) -> list[str]:
+    """All keys that are text, each once."""
+    return list(dict.fromkeys(key for table in tables for key in table if isinstance(key, str)))
+
+
+def check_regions(regions: tuple[Region, ...], workspace_radius: float | None, table: Table) -> None:
+    """Notes regions that overlap or leave the workspace. Parts that could not be read are None."""
+    if not regions and table.sound:
+        table.note(
+            table.path, "there is no region", "write at least one, as `pi1: {centre: [0, 0, 0], radius: 3.5}`"
+        )
+    sound = [region for region in regions if region.centre is not None and region.radius is not None]
+    for region in sound:
+        excess = math.hypot(*region.centre) + region.radius - (workspace_radius or math.inf)
+        if excess > ROUNDING:
+            what = f"the region reaches {excess:.4g} m beyond the workspace of radius {workspace_radius:g}"
+            table.note(table.where(region.name), what, "move it towards the origin, or let it be smaller")
+    for first, second in itertools.combinations(sound, 2):
+        overlap = first.radius + second.radius - math.dist(first.centre, second.centre)
+        if overlap > ROUNDING:
+            what = f"the region overlaps region {shown(first.name)} by {overlap:.4g} m"
+            table.note(table.where(second.name), what, "move them apart, or let them be smaller")
+
+
+def check_members(
+    agents: tuple[Agent, ...], objects: tuple[TransportObject, ...], agents_table: Table, objects_table: Table
+) -> None:
+    """Notes a scenario without agents, names used twice and teams smaller than what they carry."""
+    if not agents and agents_table.sound:
+        agents_table.note(agents_table.path, "there is no agent", "write at least one")
+    agent_names = {agent.name for agent in agents}
+    for obj in objects:
+        where = objects_table.where(obj.name)
+        if obj.name in agent_names:
+            objects_table.note(where, f"an agent is called {shown(obj.name)} as well", "choose another name")
+        if obj.radius is not None and obj.team_radius is not None and obj.team_radius < obj.radius:
+            what = f"team_radius {obj.team_radius:g} is less than the object's radius {obj.radius:g}"
+            objects_table.note(where, what, "write one that covers the object and whoever grasps it")
+
+
+def check_agent_model(
+    uri: str | None, base: Path | None, joints: tuple[float, ...] | None, entry: Table
+) -> str:
+    """The model's URI or absolute path, after a look into its file; `joints` are the arm's at the start."""
+    path = _existing(uri, base, "agents", entry)
+    if path is None:
+        return uri or ""
+    remedy = (
+        "an agent is a URDF whose first two movable joints are the prismatic x and y of its base, "
+        "followed by at least two joints of its arm"
+    )
+    count = _look_into(lambda: model_files.check_agent(path), remedy, entry)
+    if count is not None and joints is not None and len(joints) != count:
+        what = f"{shown(list(joints))} has {len(joints)} entries, {path.name} has {count} arm joints"
+        entry.note(entry.where("joints"), what, f"write {count} angles, or leave the key out")
+    return _stored(uri, path)
+
+
+def check_object_model(uri: str | None, base: Path | None, entry: Table) -> str:
+    """The model's URI or absolute path, after a look into its file."""
+    path = _existing(uri, base, "objects", entry)
+    if path is None:
+        return uri or ""
+    _look_into(lambda: model_files.check_object(path), "an object is an SDFormat file or a URDF", entry)
+    return _stored(uri, path)
+
+
+def _existing(uri: str | None, base: Path | None, folder: str, entry: Table) -> Path | None:
+    if uri is None:
+        return None
+    remedy = f"write the path of a file, or one of: {listing(model_files.shipped(folder))}"
+
+    def find() -> Path:
+        try:
+            path = model_files.resolve(uri, base)
+            exists = path.is_file()
+        except (ValueError, OSError, RuntimeError) as error:  # a home folder that nobody has, a name too long
+            raise UnfitValueError(f"{shown(uri)} cannot be found ({error})", remedy) from error
+        if not exists:
+            raise UnfitValueError(f"{shown(uri)} is no file", remedy)
+        return path
+
+    return entry.attempt("model", find)
+
+
+def _look_into(look: Any, remedy: str, entry: Table) -> Any:
+    def action() -> Any:
+        try:
+            return look()
+        except (ValueError, OSError) as error:
+            raise UnfitValueError(" ".join(str(error).split()), remedy) from error
+
+    return entry.attempt("model", action)
+
+
+def _stored(uri: str, path: Path) -> str:
+    """Paths become absolute, so that a scenario means the same from any folder."""
+    return uri if uri.startswith("package://") else str(path.resolve())

@@ -1,0 +1,208 @@
+"""From a scenario file to a `Scenario`, or to the list of everything that is wrong with it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from pathlib import Path
+from typing import Any, TypeVar
+
+from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.scenario import checks, formulas, yaml_text
+from drake_ltl.scenario import table as read
+from drake_ltl.scenario.model import (
+    Agent,
+    ControllerSettings,
+    PublishedFits,
+    Region,
+    Scenario,
+    SimulationSettings,
+    Tolerances,
+    TransportObject,
+)
+from drake_ltl.scenario.table import Table, UnfitValueError, shown
+
+HEADING_STEP = 2 * math.pi / 3
+"""Agents without a heading are spread by this angle [rad]: any two then lock the tilt of what they carry."""
+LARGEST_TIME_STEP = 0.02
+"""[s]; with larger ones the discrete controllers add energy."""
+
+Settings = TypeVar("Settings", ControllerSettings, Tolerances, SimulationSettings, PublishedFits)
+
+
+def load(path: str | os.PathLike[str]) -> Scenario:
+    """The scenario in the file at `path`. Relative paths of models start at the file's folder.
+
+    Raises:
+        InvalidInputError: with every mistake of the file, each with its key path and what would be right.
+        MissingDependencyError: Spot, which reads the formulas, is not installed.
+    """
+    file = Path(path)
+    return loads(yaml_text.read_text(file), base=file.parent, source_name=str(file))
+
+
+def loads(text: str, *, base: Path | None = None, source_name: str = "scenario") -> Scenario:
+    """The scenario that `text` describes; see `load`.
+
+    Args:
+        text: YAML.
+        base: folder at which relative paths of models start; default: the working folder.
+        source_name: what messages call the text; the scenario's name if it gives none.
+    """
+    data = yaml_text.parse(text, source_name)
+    if not isinstance(data, dict):
+        remedy = "write `regions:`, `agents:` and so on at the left margin"
+        raise InvalidInputError([Mistake(source_name, f"{shown(data)} is not a map", remedy)])
+    mistakes: list[Mistake] = []
+    scenario = _scenario(Table(data, "", mistakes), base, source_name)
+    if mistakes:
+        raise InvalidInputError(mistakes)
+    return dataclasses.replace(scenario, source=text)
+
+
+def _scenario(top: Table, base: Path | None, source_name: str) -> Scenario:
+    """Reads all, notes mistakes in the table; parts with mistakes hold None."""
+    name = top.take("name", read.text, Path(source_name).stem)
+    workspace = top.table("workspace")
+    workspace_radius = workspace.take("radius", read.positive)
+    workspace.close()
+    regions_table = top.table("regions")
+    regions = _regions(regions_table)
+    checks.check_regions(regions, workspace_radius, regions_table)
+
+    agents_table, objects_table = top.table("agents"), top.table("objects")
+    services = _services(top, agents_table, objects_table, regions)
+    known = _known(services, checks.text_keys(agents_table, objects_table), regions)
+    team_radius = top.take("team_radius", read.positive, None)
+    agents = _agents(agents_table, base, known)
+    objects = _objects(objects_table, base, known, team_radius)
+    checks.check_members(agents, objects, agents_table, objects_table)
+    scenario = Scenario(
+        name=name,
+        workspace_radius=workspace_radius,
+        regions=regions,
+        agents=agents,
+        objects=objects,
+        spec=top.take("spec", lambda value: formulas.check_global_formula(value, known or None), "1"),
+        services=services,
+        cost=top.take("cost", read.one_of("squared_distance", "distance"), "squared_distance"),
+        fits=_fits(top),
+        seed=top.take("seed", read.integer_from(0), 0),
+        controller=_settings(top.table("controller"), ControllerSettings, {"lambda": read.not_negative}),
+        tolerances=_settings(top.table("tolerances"), Tolerances),
+        simulation=_settings(
+            top.table("simulation"), SimulationSettings, {"time_step": read.at_most(LARGEST_TIME_STEP)}
+        ),
+    )
+    top.close()
+    return scenario
+
+
+def _regions(table: Table) -> tuple[Region, ...]:
+    regions = []
+    for name, entry in table.tables():
+        checks.note_name(name, table)
+        centre = entry.take("centre", read.numbers(3, "[x, y, z] in m"))
+        regions.append(Region(name, centre, entry.take("radius", read.positive)))
+        entry.close()
+    return tuple(regions)
+
+
+def _agents(table: Table, base: Path | None, known: dict[Any, tuple[str, ...]]) -> tuple[Agent, ...]:
+    agents = []
+    for index, (name, entry) in enumerate(table.tables()):
+        checks.note_name(name, table)
+        model = entry.take("model", read.text)
+        joints = entry.take("joints", read.number_list, None)
+        agents.append(
+            Agent(
+                name=name,
+                model=checks.check_agent_model(model, base, joints, entry),
+                position=entry.take("position", read.numbers(2, "[x, y] in m")),
+                heading=entry.take("heading", read.number, index * HEADING_STEP),
+                power=entry.take("power", read.positive, 1.0),
+                spec=_spec(entry, known.get(name)),
+                joints=joints,
+                radius=entry.take("radius", read.positive, None),
+            )
+        )
+        entry.close()
+    return tuple(agents)
+
+
+def _objects(
+    table: Table, base: Path | None, known: dict[Any, tuple[str, ...]], team_radius: float | None
+) -> tuple[TransportObject, ...]:
+    objects = []
+    for name, entry in table.tables():
+        checks.note_name(name, table)
+        objects.append(
+            TransportObject(
+                name=name,
+                model=checks.check_object_model(entry.take("model", read.text), base, entry),
+                position=entry.take("position", read.numbers(2, "[x, y] in m")),
+                power_needed=entry.take("power_needed", read.positive, 1.0),
+                spec=_spec(entry, known.get(name)),
+                radius=entry.take("radius", read.positive, None),
+                team_radius=entry.take("team_radius", read.positive, team_radius),
+            )
+        )
+        entry.close()
+    return tuple(objects)
+
+
+def _known(services: Any, members: list[str], regions: tuple[Region, ...]) -> dict[str, tuple[str, ...]]:
+    """The propositions of each member; empty without regions, or one mistake would be reported many times."""
+    names = [region.name for region in regions if isinstance(region.name, str)]
+    return {member: formulas.own_propositions(services, member, names) for member in members if names}
+
+
+def _spec(entry: Table, known: tuple[str, ...] | None) -> str:
+    return entry.take("spec", lambda value: formulas.check_member_formula(value, known), "1")
+
+
+def _services(
+    top: Table, agents: Table, objects: Table, regions: tuple[Region, ...]
+) -> dict[str, dict[str, tuple[str, ...]]]:
+    """L_i and L_j^O: member -> region -> names."""
+    table = top.table("services")
+    members = checks.text_keys(agents, objects)
+    names = [region.name for region in regions if isinstance(region.name, str)]
+    services: dict[str, dict[str, tuple[str, ...]]] = {}
+    for member, entry in table.tables():
+        if member not in members:
+            checks.note_unknown(member, members, "member", table)
+        services[member] = {}
+        for region in entry:
+            if region not in names:
+                checks.note_unknown(region, names, "region", entry)
+            services[member][region] = entry.take(region, checks.name_list) or ()
+    return services
+
+
+def _fits(top: Table) -> PublishedFits | None:
+    """None for `geometric`, which is the default."""
+    if isinstance(top.peek("fits"), dict):
+        return _settings(top.table("fits"), PublishedFits)
+
+    def geometric(value: Any) -> None:
+        if value != "geometric":
+            raise UnfitValueError(
+                f"{shown(value)} is unknown",
+                "write geometric, or {agent: 1.25, grasping: 2.5, object: 0.5, capacity: 5.75}",
+            )
+
+    return top.take("fits", geometric, None)
+
+
+def _settings(table: Table, kind: type[Settings], readers: dict[str, Any] | None = None) -> Settings:
+    """A dataclass of numbers from the keys of its fields: positive ones, unless `readers` says otherwise."""
+    values = {}
+    for field in dataclasses.fields(kind):
+        key = field.name.rstrip("_")
+        default = {} if field.default is dataclasses.MISSING else {"default": field.default}
+        usual = read.integer_from(1) if field.type == "int" else read.positive
+        values[field.name] = table.take(key, (readers or {}).get(key, usual), **default)
+    table.close()
+    return kind(**values)
