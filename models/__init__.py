@@ -1,7 +1,7 @@
 """Robots and objects shipped with drake_ltl, as the Drake package `drake_ltl_models`.
 
-    agents/planar_arm.urdf   holonomic base with a two-link arm, joints x, y, q1, q2
-    objects/crate.sdf        crate with a handle ring that can be grasped from all sides
+agents/planar_arm.urdf   holonomic base with a two-link arm, joints x, y, q1, q2
+objects/crate.sdf        crate with a handle ring that can be grasped from all sides
 """
 
 from __future__ import annotations
