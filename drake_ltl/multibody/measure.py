@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
 from drake_ltl.multibody.collision_balls import farthest
 from drake_ltl.multibody.object_model import ObjectModel

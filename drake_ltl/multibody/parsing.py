@@ -111,9 +111,7 @@ def _with_heading(agent: Agent, path: Path) -> str:
     )
 
 
-def _parse(
-    plant: MultibodyPlant, where: str, path: Path, text: str, file_type: str, name: str
-) -> ModelInstanceIndex:
+def _parse(plant: MultibodyPlant, where: str, path: Path, text: str, file_type: str, name: str) -> ModelInstanceIndex:
     parser = Parser(plant, model_name_prefix="")
     parser.SetAutoRenaming(True)
     parser.package_map().AddPackageXml(str(package_xml()))
@@ -123,8 +121,6 @@ def _parse(
         (instance,) = parser.AddModelsFromString(text, file_type)
     except (RuntimeError, ValueError) as error:
         reason = str(error).strip().splitlines()[-1]
-        raise InvalidInputError(
-            [Mistake(where, f"{path.name} does not parse: {reason}", "mend the file")]
-        ) from error
+        raise InvalidInputError([Mistake(where, f"{path.name} does not parse: {reason}", "mend the file")]) from error
     plant.RenameModelInstance(instance, name)
     return instance

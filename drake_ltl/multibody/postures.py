@@ -104,9 +104,7 @@ def _meets(model: AgentModel, X_WE: RigidTransform, q: np.ndarray) -> bool:
     if not (np.all(np.isfinite(q)) and np.all(q >= lower) and np.all(q <= upper)):
         return False
     error = pose_error(model.grasp_pose(q), X_WE)
-    return bool(
-        np.linalg.norm(error[:3]) <= ANGLE_TOLERANCE and np.linalg.norm(error[3:]) <= POSITION_TOLERANCE
-    )
+    return bool(np.linalg.norm(error[:3]) <= ANGLE_TOLERANCE and np.linalg.norm(error[3:]) <= POSITION_TOLERANCE)
 
 
 def pose_error(X_WA: RigidTransform, X_WB: RigidTransform) -> np.ndarray:

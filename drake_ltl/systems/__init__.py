@@ -1,1 +1,1 @@
-"""TODO"""
+"""LeafSystems: the navigation field, the controllers and the supervisor that switches them."""

@@ -1,0 +1,114 @@
+"""The physical world of a scenario: agents, objects, floor, and one weld for every possible grasp."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, HalfSpace, SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    DiscreteContactApproximation,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.multibody.tree import ModelInstanceIndex, MultibodyConstraintId
+from pydrake.systems.framework import Context, DiagramBuilder
+
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.multibody.parsing import GRASP_FRAME, HANDLE_PREFIX, AddAgentModel, AddObjectModel
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.program import Weld, all_welds
+
+FRICTION = CoulombFriction(0.6, 0.6)
+"""Of the floor."""
+
+
+@dataclass(frozen=True)
+class TransportPlant:
+    """A finalized plant and where a scenario's members are in it."""
+
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    agents: Mapping[str, ModelInstanceIndex]
+    objects: Mapping[str, ModelInstanceIndex]
+    welds: tuple[Weld, ...]
+    weld_ids: tuple[MultibodyConstraintId, ...]
+    """In the order of `welds`. Welds are active in a new Context: see `ReleaseAll`."""
+
+    def ReleaseAll(self, plant_context: Context) -> None:
+        """Makes every weld inactive; call it before Simulator.Initialize."""
+        for weld_id in self.weld_ids:
+            self.plant.SetConstraintActiveStatus(plant_context, weld_id, False)
+
+
+def AddTransportPlant(builder: DiagramBuilder, scenario: Scenario, models: MeasuredModels) -> TransportPlant:
+    """Adds a discrete MultibodyPlant (SAP) and its SceneGraph with everything in the scenario.
+
+    Grippers may touch handles: contact between an agent's end-effector and an object's handle is filtered, and so
+    is that between agents and the floor on which they roll. All other contact is real.
+
+    Raises:
+        InvalidInputError: a model cannot be used.
+    """
+    config = MultibodyPlantConfig(
+        time_step=scenario.simulation.time_step,
+        discrete_contact_approximation="lagged",
+    )
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    floor = plant.RegisterCollisionGeometry(
+        plant.world_body(), HalfSpace.MakePose(np.array([0.0, 0, 1]), np.zeros(3)), HalfSpace(), "floor", FRICTION
+    )
+    agents = {agent.name: AddAgentModel(plant, agent) for agent in scenario.agents}
+    objects = {obj.name: AddObjectModel(plant, obj) for obj in scenario.objects}
+    welds = all_welds(models)
+    weld_ids = tuple(_add_weld(plant, agents, objects, models, weld) for weld in welds)
+    plant.Finalize()
+    assert plant.get_discrete_contact_approximation() == DiscreteContactApproximation.kLagged
+    _filter_contact(plant, scene_graph, floor, agents, objects)
+    return TransportPlant(plant, scene_graph, agents, objects, welds, weld_ids)
+
+
+def _add_weld(
+    plant: MultibodyPlant,
+    agents: Mapping[str, ModelInstanceIndex],
+    objects: Mapping[str, ModelInstanceIndex],
+    models: MeasuredModels,
+    weld: Weld,
+) -> MultibodyConstraintId:
+    frame_E = plant.GetFrameByName(GRASP_FRAME, agents[weld.agent])
+    (configuration,) = (g for g in models.grasps[weld.agent, weld.object] if g.name == weld.option)
+    body_O = plant.GetBodyByName(models.objects[weld.object].body_name, objects[weld.object])
+    return plant.AddWeldConstraint(
+        frame_E.body(), frame_E.GetFixedPoseInBodyFrame(), body_O, RigidTransform(configuration.X_OE)
+    )
+
+
+def _filter_contact(
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    floor,
+    agents: Mapping[str, ModelInstanceIndex],
+    objects: Mapping[str, ModelInstanceIndex],
+) -> None:
+    inspector = scene_graph.model_inspector()
+    bodies = [plant.get_body(i) for instance in agents.values() for i in plant.GetBodyIndices(instance)]
+    rolling = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
+    grippers = [
+        geometry
+        for instance in agents.values()
+        for geometry in plant.GetCollisionGeometriesForBody(plant.GetFrameByName(GRASP_FRAME, instance).body())
+    ]
+    handles = [
+        geometry
+        for instance in objects.values()
+        for index in plant.GetBodyIndices(instance)
+        for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(index))
+        if inspector.GetName(geometry).split("::")[-1].startswith(HANDLE_PREFIX)
+    ]
+    manager = scene_graph.collision_filter_manager()
+    manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(rolling), GeometrySet([floor])))
+    manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(grippers), GeometrySet(handles)))

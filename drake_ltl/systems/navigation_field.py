@@ -1,0 +1,230 @@
+"""LeafSystem that evaluates the step's navigation function and the Lyapunov function V."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import Value
+from pydrake.math import RotationMatrix
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort, ValueProducer
+
+from drake_ltl.errors import ExecutionError
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.multibody.object_model import ObjectModel
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.program import MissionProgram
+from drake_ltl.systems.signals import Phase, reach_ends
+from drake_ltl.systems.step_field import StepField, step_field
+
+ROTATION_WEIGHT = 1.0
+"""Weight of a carried object's orientation error in gamma [m^2/rad^2]: the paper's gamma_T has none, which leaves
+the tilt of a load that one agent carries to itself."""
+
+
+@dataclass(frozen=True)
+class FieldValue:
+    """k Phi and its gradient with respect to all movers, and V."""
+
+    potential: float
+    """k Phi [J]."""
+    lyapunov: float
+    """V = k Phi + kinetic energy of all movers [J]."""
+    agents: Mapping[str, np.ndarray]
+    """k dPhi/dq_z (n_z,) of each traveller."""
+    objects: Mapping[str, np.ndarray]
+    """k dPhi/dx (6,) (rotational; translational) of each carried object."""
+
+
+REST = FieldValue(0.0, 0.0, {}, {})
+
+
+class NavigationField(LeafSystem):
+    """Value and gradient of the navigation function of the step being carried out.
+
+    .. pydrake_system::
+
+        name: NavigationField
+        input_ports:
+        - step
+        - anchor
+        - reach_<agent>
+        - state_<agent>
+        - state_<object>
+        output_ports:
+        - gradient_<agent>
+        - gradient_<object>
+        - lyapunov
+
+    `step` is (index into the program, phase, count); `anchor` stacks every agent's configuration and every object's
+    origin as they were when the phase began: what does not move stands there for phi, so that nothing but the movers
+    changes V. `gradient_<agent>` is k dPhi/dq (n_i,), `gradient_<object>` k dPhi/dx (6,) (rotational;
+    translational), zero for what does not move; `lyapunov` is V [J].
+    """
+
+    def __init__(self, program: MissionProgram, scenario: Scenario, models: MeasuredModels):
+        super().__init__()
+        self.set_name("navigation_field")
+        self._program, self._scenario, self._models = program, scenario, models
+        self._sizes = {name: model.n for name, model in models.agents.items()}
+        self._step = self.DeclareVectorInputPort("step", 3)
+        self._anchor = self.DeclareVectorInputPort("anchor", sum(self._sizes.values()) + 3 * len(models.objects))
+        self._reach = {name: self.DeclareVectorInputPort(f"reach_{name}", 2 + 2 * n) for name, n in self._sizes.items()}
+        self._state = {name: self.DeclareVectorInputPort(f"state_{name}", 2 * n) for name, n in self._sizes.items()}
+        self._state |= {name: self.DeclareVectorInputPort(f"state_{name}", 13) for name in models.objects}
+        self._value = self.DeclareCacheEntry(
+            "value",
+            ValueProducer(allocate=Value[object], calc=self._calc_value),
+            prerequisites_of_calc={self.all_input_ports_ticket()},
+        )
+        ticket = {self._value.ticket()}
+        self._gradient = {
+            name: self.DeclareVectorOutputPort(f"gradient_{name}", n, self._agent_gradient(name, n), ticket)
+            for name, n in self._sizes.items()
+        }
+        self._gradient |= {
+            name: self.DeclareVectorOutputPort(f"gradient_{name}", 6, self._object_gradient(name), ticket)
+            for name in models.objects
+        }
+        self._lyapunov = self.DeclareVectorOutputPort("lyapunov", 1, self._calc_lyapunov, ticket)
+        self._latest_field: tuple[bytes, StepField | None] = (b"", None)
+
+    def get_step_input_port(self):
+        return self._step
+
+    def get_anchor_input_port(self):
+        return self._anchor
+
+    def get_reach_input_port(self, agent: str):
+        return self._reach[agent]
+
+    def get_state_input_port(self, name: str):
+        return self._state[name]
+
+    def get_gradient_output_port(self, name: str) -> OutputPort:
+        return self._gradient[name]
+
+    def get_lyapunov_output_port(self) -> OutputPort:
+        return self._lyapunov
+
+    def Evaluate(self, context: Context) -> FieldValue:
+        """All of it at once."""
+        return self._value.Eval(context)
+
+    def _agent_gradient(self, name: str, n: int):
+        def calc(context: Context, output: BasicVector) -> None:
+            gradient = self.Evaluate(context).agents.get(name)
+            output.SetFromVector(np.zeros(n) if gradient is None else gradient)
+
+        return calc
+
+    def _object_gradient(self, name: str):
+        def calc(context: Context, output: BasicVector) -> None:
+            gradient = self.Evaluate(context).objects.get(name)
+            output.SetFromVector(np.zeros(6) if gradient is None else gradient)
+
+        return calc
+
+    def _calc_lyapunov(self, context: Context, output: BasicVector) -> None:
+        output.SetAtIndex(0, self.Evaluate(context).lyapunov)
+
+    def _calc_value(self, context: Context, value) -> None:
+        field = self._field(context)
+        value.set_value(REST if field is None else self._evaluate(context, field))
+
+    def _field(self, context: Context) -> StepField | None:
+        """phi of this step. It is a pure function of the inputs named here, kept for as long as these stay."""
+        step = self._step.Eval(context)
+        if int(step[1]) != Phase.NAVIGATE:
+            return None
+        anchor = self._anchor.Eval(context)
+        key = step.tobytes() + anchor.tobytes()
+        if self._latest_field[0] != key:
+            self._latest_field = (key, self._build(context, int(step[0]), anchor))
+        return self._latest_field[1]
+
+    def _build(self, context: Context, index: int, anchor: np.ndarray) -> StepField | None:
+        program = self._program.steps[index]
+        q, p_WO, start = {}, {}, 0
+        for name, n in self._sizes.items():
+            q[name], start = anchor[start : start + n], start + n
+        for name in self._models.objects:
+            p_WO[name], start = anchor[start : start + 3], start + 3
+        reaching = [task.weld.agent for task in (*program.grasps, *program.releases)]
+        reaches = {name: reach_ends(self._reach[name].Eval(context)) for name in reaching}
+        models = self._models
+        return step_field(program, self._scenario, models.geometry, models.agents, q, p_WO, reaches)
+
+    def _evaluate(self, context: Context, field: StepField) -> FieldValue:
+        travels, transports = field.program.travels, field.program.transports
+        states = {task.agent: self._state[task.agent].Eval(context) for task in travels}
+        poses = {task.object: self._state[task.object].Eval(context) for task in transports}
+        p = np.empty((len(travels) + len(transports), 3))
+        gamma, slopes = 0.0, []
+        for row, task in enumerate(travels):
+            model, n = self._models.agents[task.agent], self._sizes[task.agent]
+            q = states[task.agent][:n]
+            p[row] = model.centre(q)
+            slope = model.gamma_weights * (q - task.q_goal)
+            gamma += slope @ (q - task.q_goal)
+            slopes.append(2.0 * slope)
+        for row, task in enumerate(transports, start=len(travels)):
+            x = poses[task.object]
+            p[row] = x[4:7]
+            gamma_R, slope_R = rotation_error(x[:4])
+            error = x[4:7] - task.p_goal
+            gamma += error @ error + gamma_R
+            slopes.append(np.concatenate([slope_R, 2.0 * error]))
+        points = field.relations.at(p)
+        value, by_gamma, by_p = field.function.value_and_gradient(gamma, points)
+        if not np.isfinite(by_gamma):
+            raise ExecutionError(self._why_not_finite(context, field, points))
+        k = self._scenario.controller.force
+        agents = {
+            task.agent: k
+            * (
+                by_gamma * slopes[row]
+                + by_p[row]
+                @ self._models.agents[task.agent].centre_jacobian(states[task.agent][: self._sizes[task.agent]])
+            )
+            for row, task in enumerate(travels)
+        }
+        objects = {
+            task.object: k * (by_gamma * slopes[row] + np.concatenate([np.zeros(3), by_p[row]]))
+            for row, task in enumerate(transports, start=len(travels))
+        }
+        lyapunov = k * float(value) + self._kinetic_energy(context, field)
+        return FieldValue(k * float(value), lyapunov, agents, objects)
+
+    def _kinetic_energy(self, context: Context, field: StepField) -> float:
+        """Of all that moves under phi: travellers, carried objects and the agents that carry them [J]."""
+        moving = [task.agent for task in field.program.travels]
+        moving += [name for task in field.program.transports for name in task.team]
+        energy = 0.0
+        for name in moving:
+            x, n = self._state[name].Eval(context), self._sizes[name]
+            energy += self._models.agents[name].kinetic_energy(x[:n], x[n:])
+        for task in field.program.transports:
+            energy += _object_energy(self._models.objects[task.object], self._state[task.object].Eval(context))
+        return energy
+
+    def _why_not_finite(self, context: Context, field: StepField, points: np.ndarray) -> str:
+        violated = field.function.violated(points)
+        if violated:
+            return "in collision: " + ", ".join(str(label) for label in violated)
+        return f"the state is not finite at t = {context.get_time():.3f} s"
+
+
+def rotation_error(quaternion: np.ndarray) -> tuple[float, np.ndarray]:
+    """3 - tr R = 2 (1 - cos angle) to the upright pose, times ROTATION_WEIGHT, and its slope (3,) along omega_W."""
+    R = RotationMatrix(Quaternion(quaternion / np.linalg.norm(quaternion))).matrix()
+    axial = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    return ROTATION_WEIGHT * (3.0 - np.trace(R)), ROTATION_WEIGHT * axial
+
+
+def _object_energy(model: ObjectModel, state: np.ndarray) -> float:
+    R = RotationMatrix(Quaternion(state[:4] / np.linalg.norm(state[:4]))).matrix()
+    w_O, v = R.T @ state[7:10], state[10:13]
+    return 0.5 * float(model.mass * v @ v + w_O @ model.I_OOo_O @ w_O)

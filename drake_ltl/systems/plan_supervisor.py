@@ -1,0 +1,226 @@
+"""LeafSystem that carries a plan out: it switches controllers and commands grasps, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    EventStatus,
+    InputPort,
+    InputPortIndex,
+    LeafSystem,
+    OutputPort,
+)
+
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.systems.signals import Phase
+from drake_ltl.systems.supervision import AgentSignals, Measurement, Progress, Supervision
+
+
+class PlanSupervisor(LeafSystem):
+    """The hybrid supervisor: plan and rules are immutable attributes, all that changes is discrete state.
+
+    .. pydrake_system::
+
+        name: PlanSupervisor
+        input_ports:
+        - state_<agent>
+        - state_<object>
+        output_ports:
+        - mode_<agent>
+        - hold_<agent>
+        - reach_<agent>
+        - shares_<object>
+        - step
+        - anchor
+        - status
+
+    `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`
+    and `shares_` are what the controllers of these names take; `step` is (index into the program, phase, count);
+    `anchor` all configurations and all objects' origins at the begin of the phase; `status` (2 + 2 N) is (count,
+    phase, modes, commanded welds), for a log.
+
+    Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
+    newer than the applied ones, a per-step event ends AdvanceTo with this system's status. Apply `commanded_grasps`
+    to the plant, then call `acknowledge`.
+    """
+
+    def __init__(self, supervision: Supervision, models: MeasuredModels, period: float):
+        """The supervisor looks every `period` seconds."""
+        super().__init__()
+        self.set_name("plan_supervisor")
+        self._supervision = supervision
+        self._sizes = {name: model.n for name, model in models.agents.items()}
+        self._objects = list(models.objects)
+        self._state_port = {
+            name: self.DeclareVectorInputPort(f"state_{name}", 2 * n) for name, n in self._sizes.items()
+        }
+        self._state_port |= {name: self.DeclareVectorInputPort(f"state_{name}", 13) for name in self._objects}
+        self._header = self.DeclareDiscreteState(4)  # count, phase, step start, revision
+        self._anchor = self.DeclareDiscreteState(sum(self._sizes.values()) + 3 * len(self._objects))
+        self._agent_groups = {
+            name: (
+                self.DeclareDiscreteState(2),
+                self.DeclareDiscreteState(n),
+                self.DeclareDiscreteState(2 + 2 * n),
+            )
+            for name, n in self._sizes.items()
+        }  # (mode, grasp), hold, reach
+        self._applied = self.DeclareNumericParameter(BasicVector([0.0]))
+        self._declare_outputs()
+        self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclarePerStepPublishEvent(self._hand_over)
+
+    def _declare_outputs(self) -> None:
+        state = {self.xd_ticket()}
+        self._output: dict[str, OutputPort] = {}
+
+        def declare(name: str, size: int, value: Callable[[Progress], np.ndarray]) -> None:
+            def calc(context: Context, output: BasicVector) -> None:
+                output.SetFromVector(value(self.GetProgress(context)))
+
+            self._output[name] = self.DeclareVectorOutputPort(name, size, calc, state)
+
+        for i, (name, n) in enumerate(self._sizes.items()):
+            self._output[f"mode_{name}"] = self.DeclareAbstractOutputPort(
+                f"mode_{name}", lambda: AbstractValue.Make(InputPortIndex(1)), self._calc_mode(name), state
+            )
+            declare(f"hold_{name}", n, lambda progress, i=i: progress.agents[i].hold)
+            declare(f"reach_{name}", 2 + 2 * n, lambda progress, i=i: progress.agents[i].reach)
+        for name in self._objects:
+            declare(
+                f"shares_{name}",
+                len(self._sizes),
+                lambda progress, o=name: self._supervision.shares(progress, o),
+            )
+        declare("step", 3, self._step_signal)
+        declare("anchor", sum(self._sizes.values()) + 3 * len(self._objects), lambda progress: progress.anchor)
+        declare("status", 2 + 2 * len(self._sizes), _status_signal)
+
+    def get_state_input_port(self, name: str) -> InputPort:
+        """Of an agent (2n,) or an object (13,)."""
+        return self._state_port[name]
+
+    def get_mode_output_port(self, agent: str) -> OutputPort:
+        return self._output[f"mode_{agent}"]
+
+    def get_hold_output_port(self, agent: str) -> OutputPort:
+        return self._output[f"hold_{agent}"]
+
+    def get_reach_output_port(self, agent: str) -> OutputPort:
+        return self._output[f"reach_{agent}"]
+
+    def get_shares_output_port(self, obj: str) -> OutputPort:
+        return self._output[f"shares_{obj}"]
+
+    def get_step_output_port(self) -> OutputPort:
+        return self._output["step"]
+
+    def get_anchor_output_port(self) -> OutputPort:
+        return self._output["anchor"]
+
+    def get_status_output_port(self) -> OutputPort:
+        return self._output["status"]
+
+    # For whoever advances the Simulator.
+
+    def commanded_grasps(self, context: Context) -> list[int]:
+        """For each agent, the index in `MissionProgram.welds` of the weld that should be active, or NO_GRASP."""
+        return [signals.grasp for signals in self.GetProgress(context).agents]
+
+    def grasps_pending(self, context: Context) -> bool:
+        """Whether commanded grasps wait to be applied."""
+        return self.GetProgress(context).revision != self._applied_revision(context)
+
+    def acknowledge(self, context: Context) -> None:
+        """States that the plant's welds are as commanded."""
+        context.get_mutable_numeric_parameter(self._applied).SetAtIndex(0, float(self.GetProgress(context).revision))
+
+    def waiting_for(self, context: Context) -> list[str]:
+        """What keeps the step from ending, for people."""
+        return self._supervision.waiting_for(self.GetProgress(context), self._measure(context))
+
+    def GetProgress(self, context: Context) -> Progress:
+        """The discrete state as Progress."""
+        values = context.get_discrete_state()
+        count, phase, step_start, revision = values.value(self._header)
+        agents = []
+        for ints, hold, reach in self._agent_groups.values():
+            mode, grasp = values.value(ints)
+            agents.append(AgentSignals(int(mode), values.value(hold).copy(), values.value(reach).copy(), int(grasp)))
+        anchor = values.value(self._anchor).copy()
+        return Progress(int(count), Phase(int(phase)), step_start, int(revision), anchor, tuple(agents))
+
+    # Events.
+
+    def _initialize(self, context: Context, values: DiscreteValues) -> EventStatus:
+        self._store(self._supervision.begin(self._measure(context)), values)
+        return EventStatus.Succeeded()
+
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        before = self.GetProgress(context)
+        after = self._supervision.advance(before, self._applied_revision(context), self._measure(context))
+        if after is before:
+            return EventStatus.DidNothing()
+        self._store(after, values)
+        return EventStatus.Succeeded()
+
+    def _hand_over(self, context: Context) -> EventStatus:
+        progress = self.GetProgress(context)
+        if progress.phase is Phase.DONE:
+            return EventStatus.ReachedTermination(self, "the mission is done")
+        if progress.revision != self._applied_revision(context):
+            return EventStatus.ReachedTermination(self, "grasps are commanded")
+        return EventStatus.DidNothing()
+
+    def _store(self, progress: Progress, values: DiscreteValues) -> None:
+        header = [progress.count, progress.phase, progress.step_start, progress.revision]
+        values.set_value(self._header, np.array(header, dtype=float))
+        values.set_value(self._anchor, progress.anchor)
+        for signals, (ints, hold, reach) in zip(progress.agents, self._agent_groups.values(), strict=True):
+            values.set_value(ints, np.array([signals.mode, signals.grasp], dtype=float))
+            values.set_value(hold, signals.hold)
+            values.set_value(reach, signals.reach)
+
+    def _measure(self, context: Context) -> Measurement:
+        states = {name: self._state_port[name].Eval(context) for name in self._sizes}
+        bodies = {name: self._state_port[name].Eval(context) for name in self._objects}
+        return Measurement(
+            time=context.get_time(),
+            q={name: x[: self._sizes[name]] for name, x in states.items()},
+            qd={name: x[self._sizes[name] :] for name, x in states.items()},
+            X_WO={
+                name: RigidTransform(Quaternion(x[:4] / np.linalg.norm(x[:4])), x[4:7]) for name, x in bodies.items()
+            },
+            V_WO={name: x[7:] for name, x in bodies.items()},
+        )
+
+    def _applied_revision(self, context: Context) -> int:
+        return int(context.get_numeric_parameter(self._applied).GetAtIndex(0))
+
+    def _calc_mode(self, agent: str):
+        ints = self._agent_groups[agent][0]
+
+        def calc(context: Context, output: AbstractValue) -> None:
+            mode = int(context.get_discrete_state(ints).GetAtIndex(0))
+            output.set_value(InputPortIndex(1 + mode))
+
+        return calc
+
+    def _step_signal(self, progress: Progress) -> np.ndarray:
+        index = self._supervision.program.index(progress.count)
+        return np.array([index, progress.phase, progress.count], dtype=float)
+
+
+def _status_signal(progress: Progress) -> np.ndarray:
+    modes = [signals.mode for signals in progress.agents]
+    grasps = [signals.grasp for signals in progress.agents]
+    return np.array([progress.count, progress.phase, *modes, *grasps], dtype=float)

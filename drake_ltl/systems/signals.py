@@ -1,0 +1,42 @@
+"""What the numbers in the supervisor's signals mean."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Phase(IntEnum):
+    """Where a plan step stands."""
+
+    NAVIGATE = 0
+    """Travellers and teams move under the navigation function; agents at their stand-off grasp, holders release."""
+    REACH = 1
+    """Every mover has arrived; agents that first had to drive to their stand-off grasp now."""
+    DONE = 2
+    """The mission is over: everything holds."""
+
+
+class Mode(IntEnum):
+    """What an agent does. Modes from TRANSPORT on: carries object number `mode - TRANSPORT`."""
+
+    HOLD = 0
+    TRANSITION = 1
+    REACH = 2
+    TRANSPORT = 3
+
+
+NO_GRASP = -1
+"""In place of the index of a weld."""
+
+
+def pack_reach(start_time: float, duration: float, q_start: np.ndarray, q_goal: np.ndarray) -> np.ndarray:
+    """Signal `reach_<agent>` (2 + 2 n,): start [s], duration [s], q at the start, q at the goal."""
+    return np.concatenate([[start_time, duration], q_start, q_goal])
+
+
+def reach_ends(reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """q at the start and at the goal (n,)."""
+    n = (len(reach) - 2) // 2
+    return reach[2 : 2 + n], reach[2 + n :]

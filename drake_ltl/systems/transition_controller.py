@@ -1,0 +1,51 @@
+"""LeafSystem of the control law (10a): an agent travels under the navigation function."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
+
+from drake_ltl.dynamics import transition_torque
+from drake_ltl.multibody.agent_model import AgentModel
+
+
+class TransitionController(LeafSystem):
+    """tau_z = g_q(q) - grad_q psi - K_z qd.
+
+    .. pydrake_system::
+
+        name: TransitionController
+        input_ports:
+        - state
+        - gradient
+        output_ports:
+        - torque
+
+    `state` is (q, qd) (2n,), `gradient` k dPhi/dq (n,), `torque` (n,) [N, N m].
+    """
+
+    def __init__(self, model: AgentModel, damping: np.ndarray):
+        """`damping` is the diagonal (n,) of K_z [N s/m, N m s/rad], all positive."""
+        super().__init__()
+        self.set_name(f"transition_{model.agent.name}")
+        if damping.shape != (model.n,) or not np.all(damping > 0.0):
+            raise ValueError(f"damping must be {model.n} positive numbers, not {damping!r}")
+        self._model, self._damping = model, damping
+        self._state = self.DeclareVectorInputPort("state", 2 * model.n)
+        self._gradient = self.DeclareVectorInputPort("gradient", model.n)
+        self._torque = self.DeclareVectorOutputPort("torque", model.n, self._calc_torque)
+
+    def get_state_input_port(self) -> InputPort:
+        return self._state
+
+    def get_gradient_input_port(self) -> InputPort:
+        return self._gradient
+
+    def get_torque_output_port(self) -> OutputPort:
+        return self._torque
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        n = self._model.n
+        x = self._state.Eval(context)
+        gradient = self._gradient.Eval(context)
+        output.SetFromVector(transition_torque(self._model.gravity(x[:n]), gradient, self._damping, x[n:]))
