@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import platform
+import sys
+import warnings
 from types import ModuleType
 
 from drake_ltl.errors import MissingDependencyError
@@ -16,7 +18,7 @@ def require_spot() -> ModuleType:
         MissingDependencyError: Spot is not installed; the message says how to get it on this platform.
     """
     try:
-        spot = importlib.import_module("spot")
+        spot = sys.modules.get("spot") or _import_quietly()
     except ImportError as error:
         raise MissingDependencyError(f"Spot cannot be imported ({error}). {_how_to_install()}") from error
     if not hasattr(spot, "parse_infix_psl"):
@@ -25,6 +27,13 @@ def require_spot() -> ModuleType:
             f"The module `spot` at {place} is not the library of temporal logic. {_how_to_install()}"
         )
     return spot
+
+
+def _import_quietly() -> ModuleType:
+    """Spot's bindings warn while they load, and crash the process where warnings are errors."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return importlib.import_module("spot")
 
 
 def _how_to_install() -> str:

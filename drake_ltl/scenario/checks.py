@@ -46,9 +46,7 @@ def text_keys(*tables: Table) -> list[str]:
 def check_regions(regions: tuple[Region, ...], workspace_radius: float | None, table: Table) -> None:
     """Notes regions that overlap or leave the workspace. Parts that could not be read are None."""
     if not regions and table.sound:
-        table.note(
-            table.path, "there is no region", "write at least one, as `pi1: {centre: [0, 0, 0], radius: 3.5}`"
-        )
+        table.note(table.path, "there is no region", "write at least one, as `pi1: {centre: [0, 0, 0], radius: 3.5}`")
     sound = [region for region in regions if region.centre is not None and region.radius is not None]
     for region in sound:
         excess = math.hypot(*region.centre) + region.radius - (workspace_radius or math.inf)
@@ -78,9 +76,7 @@ def check_members(
             objects_table.note(where, what, "write one that covers the object and whoever grasps it")
 
 
-def check_agent_model(
-    uri: str | None, base: Path | None, joints: tuple[float, ...] | None, entry: Table
-) -> str:
+def check_agent_model(uri: str | None, base: Path | None, joints: tuple[float, ...] | None, entry: Table) -> str:
     """The model's URI or absolute path, after a look into its file; `joints` are the arm's at the start."""
     path = _existing(uri, base, "agents", entry)
     if path is None:

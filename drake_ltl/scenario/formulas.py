@@ -25,9 +25,7 @@ Services = Mapping[str, Mapping[str, tuple[str, ...]]]
 def global_formula(scenario: Scenario) -> str:
     """phi: the conjunction of all phi_i, all phi_j^O and the global formula, over propositions `m.p`."""
     spot = require_spot()
-    formulas = [
-        _relabelled(spot, member.spec, member.name) for member in (*scenario.agents, *scenario.objects)
-    ]
+    formulas = [_relabelled(spot, member.spec, member.name) for member in (*scenario.agents, *scenario.objects)]
     return str(spot.formula.And([*formulas, spot.formula(scenario.spec)]))
 
 
@@ -67,9 +65,7 @@ def check_member_formula(value: Any, known: Collection[str] | None) -> str:
         return formula
     unknown = [name for name in used if name not in known]
     if unknown:
-        raise _unknown(
-            formula, unknown, f"{did_you_mean(unknown[0], known)}known propositions: {listing(known)}"
-        )
+        raise _unknown(formula, unknown, f"{did_you_mean(unknown[0], known)}known propositions: {listing(known)}")
     return formula
 
 
@@ -106,9 +102,7 @@ def _parsed(value: Any) -> tuple[str, list[str]]:
     if len(formula) > MAX_LENGTH:
         raise UnfitValueError(f"a formula of {len(formula)} characters", f"write at most {MAX_LENGTH}")
     if "[" in formula:
-        raise UnfitValueError(
-            f"{shown(formula)} has a bounded operator", "write it out: F[1:2] p is X(p | X p)"
-        )
+        raise UnfitValueError(f"{shown(formula)} has a bounded operator", "write it out: F[1:2] p is X(p | X p)")
     spot = require_spot()
     result = spot.parse_infix_psl(formula)
     if result.errors:

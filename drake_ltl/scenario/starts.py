@@ -75,9 +75,7 @@ def check_starts(scenario: Scenario, geometry: Geometry) -> Starts:
     members = (*scenario.agents, *scenario.objects)
     options = {member.name: _options(scenario, geometry, member) for member in members}
     mistakes = [
-        _outside(scenario, member, options[member.name])
-        for member in members
-        if options[member.name][0].region is None
+        _outside(scenario, member, options[member.name]) for member in members if options[member.name][0].region is None
     ]
     chosen: dict[str, _Candidate] = {}
     for group in _groups(options):
@@ -96,9 +94,7 @@ def check_starts(scenario: Scenario, geometry: Geometry) -> Starts:
     )
 
 
-def _options(
-    scenario: Scenario, geometry: Geometry, member: Agent | TransportObject
-) -> tuple[_Candidate, ...]:
+def _options(scenario: Scenario, geometry: Geometry, member: Agent | TransportObject) -> tuple[_Candidate, ...]:
     """Ways to stand inside a region, in order of preference; all ways if there is none inside a region."""
     x, y = member.position
     if isinstance(member, Agent):
@@ -140,9 +136,7 @@ def _groups(options: Mapping[str, Sequence[_Candidate]]) -> Iterator[list[str]]:
         yield [name for name in options if name in group]
 
 
-def _choices(
-    group: Sequence[str], options: Mapping[str, Sequence[_Candidate]]
-) -> Iterator[dict[str, _Candidate]]:
+def _choices(group: Sequence[str], options: Mapping[str, Sequence[_Candidate]]) -> Iterator[dict[str, _Candidate]]:
     """All ways to let the group stand apart, in order of preference (backtracking with look-ahead)."""
     if not group:
         yield {}
@@ -167,9 +161,7 @@ def _outside(scenario: Scenario, member: Agent | TransportObject, options: Seque
     return Mistake(_where(member), what, f"move it towards the centre of {region.name}")
 
 
-def _touching(
-    scenario: Scenario, group: Sequence[str], options: Mapping[str, Sequence[_Candidate]]
-) -> list[Mistake]:
+def _touching(scenario: Scenario, group: Sequence[str], options: Mapping[str, Sequence[_Candidate]]) -> list[Mistake]:
     """Says which pairs of the group touch in their preferred starts: at least one, or there were a choice."""
     pairs = list(itertools.combinations(group, 2))
     gaps = {pair: options[pair[0]][0].gap(options[pair[1]][0]) for pair in pairs}
@@ -177,7 +169,7 @@ def _touching(
     return [
         Mistake(
             where[second],
-            f"the bounding spheres of {first} and {second} overlap by {-gap:.4g} m",
+            f"the bounding spheres of {first} and {second} overlap by {abs(gap):.4g} m",
             f"move them apart: their centres must be more than {_reach(options, first, second):.4g} m apart",
         )
         for (first, second), gap in gaps.items()

@@ -38,9 +38,7 @@ class _PlainLoader(yaml.SafeLoader):
                 problem_mark=event.start_mark,
             )
         if event.tag is not None:  # `spec: ! pi3` would lose its negation without a murmur
-            raise yaml.MarkedYAMLError(
-                problem=f"the tag {event.tag} is not read here", problem_mark=event.start_mark
-            )
+            raise yaml.MarkedYAMLError(problem=f"the tag {event.tag} is not read here", problem_mark=event.start_mark)
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
@@ -87,7 +85,7 @@ def parse(text: str, source_name: str) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        problem = " ".join(str(error.problem or error.context).split())
+        problem = " ".join(f"{error.context or ''} {error.problem or ''}".split())
         raise _refusal(source_name, f"{problem}{place}", _QUOTE_FORMULAS) from error
     except yaml.YAMLError as error:
         raise _refusal(source_name, " ".join(str(error).split())) from error
