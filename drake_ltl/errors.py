@@ -39,6 +39,10 @@ class InfeasibleError(DrakeLtlError):
     """No plan satisfies the specification (or none can be carried out); the message says why."""
 
 
+class SearchLimitError(DrakeLtlError):
+    """The problem is too large for the search: neither a plan nor a proof that there is none."""
+
+
 class CertificateError(DrakeLtlError):
     """A plan failed its own check: a defect of the planner, never of the input."""
 

@@ -15,8 +15,8 @@ from drake_ltl.scenario.model import Region, Scenario
 class Fitting:
     """The predicate with its answers so far.
 
-    A content is a number whose digits say, from the lowest: for each object whether it is there and whether it
-    is carried (two bits), for each agent 0 if it is not there, 1 if it is there and free, 2 + j if it grasps
+    A content is a number whose digits say, from the lowest: for each object whether it is there and whether
+    it is carried (two bits); for each agent 0 if it is not there, 1 if it is there and free, 2 + j if it grasps
     object j.
     """
 
@@ -39,9 +39,7 @@ class Fitting:
         answers = [self._ask(self.scenario.regions[region], code) for code in codes.tolist()]
         return np.array(answers, dtype=bool)[inverse]
 
-    def _codes(
-        self, region: int, options: NDArray, places: NDArray, carried: NDArray | None
-    ) -> NDArray[np.int64]:
+    def _codes(self, region: int, options: NDArray, places: NDArray, carried: NDArray | None) -> NDArray[np.int64]:
         regions, objects = len(self.scenario.regions), places.shape[1]
         codes = np.zeros(len(options), dtype=np.int64)
         for agent in range(options.shape[1] - 1, -1, -1):

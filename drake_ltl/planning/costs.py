@@ -23,9 +23,7 @@ def region_costs(scenario: Scenario) -> dict[tuple[str, str], float]:
         for goal in scenario.regions:
             squares = [(a - b) ** 2 for a, b in zip(start.centre, goal.centre, strict=True)]
             square = math.fsum(squares)
-            costs[start.name, goal.name] = (
-                square if scenario.cost == "squared_distance" else math.sqrt(square)
-            )
+            costs[start.name, goal.name] = square if scenario.cost == "squared_distance" else math.sqrt(square)
     return costs
 
 

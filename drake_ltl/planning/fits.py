@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from drake_ltl.scenario.model import PublishedFits, Region
+from drake_ltl.planning.plan import State
+from drake_ltl.scenario.model import PublishedFits, Region, Scenario
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,21 @@ class Content:
     """(agent, object) for each agent that grasps."""
     carried: frozenset[str] = frozenset()
     """Objects about to be carried away, or just brought: with their teams they count as one sphere r_{T,j}."""
+
+
+def content_of(scenario: Scenario, state: State, region: str, carried: frozenset[str] = frozenset()) -> Content:
+    """What stands in a region."""
+    inside = [
+        (agent, grasp)
+        for agent, at, grasp in zip(scenario.agent_names, state.agents, state.grasps, strict=True)
+        if at == region
+    ]
+    return Content(
+        free_agents=tuple(agent for agent, grasp in inside if grasp is None),
+        objects=tuple(o for o, at in zip(scenario.object_names, state.objects, strict=True) if at == region),
+        holds=tuple((agent, grasp) for agent, grasp in inside if grasp is not None),
+        carried=carried,
+    )
 
 
 Fits = Callable[[Region, Content], bool]

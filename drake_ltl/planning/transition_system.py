@@ -9,13 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.errors import InvalidInputError, Mistake, SearchLimitError
 from drake_ltl.planning.contents import Fitting
 from drake_ltl.planning.costs import Chi, region_costs
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import CanCarry
 from drake_ltl.scenario.model import Scenario
+
+MOST_COMBINATIONS = 2_000_000
+MOST_TRANSITIONS = 20_000_000
+"""Beyond these sizes TS is not enumerated: some hundred bytes each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +56,14 @@ class TransitionSystem:
     def agent_regions(self) -> NDArray[np.int64]:
         """(S, N): region of each agent."""
         return _agent_regions(self.options, self.places, len(self.scenario.regions))
+
+    @property
+    def actions(self) -> NDArray[np.int64]:
+        """(E,): how many agents act in each transition."""
+        bodies = np.hstack([self.options, self.agent_regions])
+        changed = bodies[self.sources] != bodies[self.targets]
+        n_agents = self.options.shape[1]
+        return (changed[:, :n_agents] | changed[:, n_agents:]).sum(axis=1)
 
     def state(self, index: int) -> State:
         """The state with a given index, by names."""
@@ -94,12 +106,11 @@ class TransitionSystem:
         if not forbidden:
             return self
         pairs = {(self.index(before), self.index(after)) for before, after in forbidden}
-        keys = np.array(
-            [before * self.n_states + after for before, after in pairs if min(before, after) >= 0]
-        )
-        return self._keep(~np.isin(self.sources * self.n_states + self.targets, keys))
+        keys = np.array([before * self.n_states + after for before, after in pairs if min(before, after) >= 0])
+        return self.keep(~np.isin(self.sources * self.n_states + self.targets, keys))
 
-    def _keep(self, kept: NDArray[np.bool_]) -> TransitionSystem:
+    def keep(self, kept: NDArray[np.bool_]) -> TransitionSystem:
+        """The same with only some transitions, (E,)."""
         return TransitionSystem(
             self.scenario,
             self.options,
@@ -121,6 +132,7 @@ def form(scenario: Scenario, fits: Fits, can_carry: CanCarry, chi: Chi | None = 
         chi: cost of a transition; None takes the scenario's `cost`.
 
     Raises:
+        SearchLimitError: there are too many states or transitions.
         InvalidInputError: chi returned a cost that is negative or not finite.
     """
     fitting = Fitting(scenario, fits)
@@ -158,6 +170,8 @@ def _agent_regions(options: NDArray, places: NDArray, n_regions: int) -> NDArray
 def _states(scenario: Scenario, fitting: Fitting) -> tuple[NDArray, NDArray, NDArray]:
     """Def. 5 (i): all combinations whose regions' contents fit."""
     bases = _bases(scenario)
+    if math.prod(bases) > MOST_COMBINATIONS:
+        raise SearchLimitError(f"{_size(scenario)} have {math.prod(bases)} states, too many to enumerate")
     digits = np.stack(np.unravel_index(np.arange(math.prod(bases)), bases), axis=1)
     n_agents = len(scenario.agents)
     for region in range(len(scenario.regions)):
@@ -175,26 +189,30 @@ def _transitions(
     Each member multiplies the rows by its allowed choices; rows whose target is no state fall out at the end.
     """
     n_regions = len(scenario.regions)
-    rows = np.arange(len(options))
-    columns: list[NDArray] = []
-    for agent in range(len(scenario.agents)):
-        allowed = _agent_choices(options[:, agent], places, n_regions)
-        rows, columns = _multiply(rows, columns, allowed[rows])
-    after = np.stack(columns, axis=1)
+    choices = [_agent_choices(option, places, n_regions) for option in options.T]
+    n_choices = np.prod([allowed.sum(axis=1) for allowed in choices], axis=0).sum()
+    if n_choices > MOST_TRANSITIONS:
+        raise SearchLimitError(f"{_size(scenario)} have some {n_choices} transitions, too many to enumerate")
+    rows, after = np.arange(len(options)), np.empty((len(options), 0), dtype=np.int64)
+    for allowed in choices:
+        rows, after = _multiply(rows, after, allowed[rows])
     stay = np.eye(n_regions, dtype=bool)
     for j in range(len(scenario.objects)):
         movable = _movable(scenario, can_carry, j, options[rows], after[:, : len(scenario.agents)])
-        rows_before = rows
-        allowed = stay[places[rows_before, j]] | movable[:, None]
-        kept, choice = np.nonzero(allowed)
-        rows, after = rows[kept], np.column_stack([after[kept], choice])
+        rows, after = _multiply(rows, after, stay[places[rows, j]] | movable[:, None])
     targets = index_of_code[_codes(after.T, _bases(scenario))]
     return rows[targets >= 0], targets[targets >= 0]
 
 
-def _multiply(rows: NDArray, columns: list[NDArray], allowed: NDArray) -> tuple[NDArray, list[NDArray]]:
+def _multiply(rows: NDArray, after: NDArray, allowed: NDArray) -> tuple[NDArray, NDArray]:
+    """Each row as often as it has allowed choices, with the choice as one more column."""
     kept, choice = np.nonzero(allowed)
-    return rows[kept], [column[kept] for column in columns] + [choice]
+    return rows[kept], np.column_stack([after[kept], choice])
+
+
+def _size(scenario: Scenario) -> str:
+    counts = len(scenario.agents), len(scenario.objects), len(scenario.regions)
+    return "{} agents, {} objects and {} regions".format(*counts)
 
 
 def _agent_choices(option: NDArray, places: NDArray, n_regions: int) -> NDArray[np.bool_]:
@@ -214,10 +232,8 @@ def _agent_choices(option: NDArray, places: NDArray, n_regions: int) -> NDArray[
     return allowed
 
 
-def _movable(
-    scenario: Scenario, can_carry: CanCarry, j: int, before: NDArray, after: NDArray
-) -> NDArray[np.bool_]:
-    """Whether object j may be moved: the same agents grasp it before and after, and can carry it; (4), (5)."""
+def _movable(scenario: Scenario, can_carry: CanCarry, j: int, before: NDArray, after: NDArray) -> NDArray[np.bool_]:
+    """Whether object j may be moved: the same agents grasp it before and after and can carry it."""
     bit = 1 << np.arange(len(scenario.agents))
     grasping = len(scenario.regions) + j
     team_before, team_after = (before == grasping) @ bit, (after == grasping) @ bit

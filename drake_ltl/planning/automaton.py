@@ -1,0 +1,137 @@
+"""Buchi automata from Spot, read as tables over the letters that a transition system can show."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from drake_ltl.planning.transition_system import TransitionSystem
+from drake_ltl.scenario.formulas import labels
+from drake_ltl.spot_support import require_spot
+
+
+@dataclass(frozen=True, eq=False)
+class Automaton:
+    """A generalised Buchi automaton with Q states over L letters, at most A alternatives each.
+
+    A run is accepting if it meets each mark again and again. A set of marks is a bit mask.
+    """
+
+    initial: int
+    successors: NDArray[np.int64]
+    """(Q, L, A): states reached by reading a letter; -1 fills up."""
+    marks: NDArray[np.int64]
+    """(Q, L, A): marks met on the way."""
+    full: int
+    """All marks together, at least one."""
+
+    @property
+    def n_states(self) -> int:
+        return len(self.successors)
+
+    @property
+    def deterministic(self) -> bool:
+        """Whether no letter leaves a choice."""
+        return self.successors.shape[2] <= 1
+
+
+def translate(formula: str) -> Any:
+    """The `spot.twa_graph` of a formula: generalised Buchi acceptance, deterministic if Spot finds it so."""
+    spot = require_spot()
+    parsed = spot.formula(formula)
+    automaton = parsed.translate("tgba", "deterministic")
+    return automaton if spot.is_deterministic(automaton) else parsed.translate("tgba", "small")
+
+
+def buchi_size(formula: str) -> tuple[int, int]:
+    """States and edges of the paper's automaton BA: state-based Buchi acceptance, small, complete."""
+    automaton = require_spot().formula(formula).translate("BA", "small", "complete")
+    return automaton.num_states(), automaton.num_edges()
+
+
+def letters(system: TransitionSystem, propositions: list[str]) -> tuple[NDArray, NDArray]:
+    """L on arrays: which of some canonical propositions hold in each state.
+
+    Returns:
+        The L different letters, (L, P) booleans, and the letter of each state, (S,).
+    """
+    scenario = system.scenario
+    bodies = np.hstack([system.agent_regions, system.places])
+    members = scenario.agent_names + scenario.object_names
+    truth = np.zeros((system.n_states, len(propositions)), dtype=bool)
+    for member, column in zip(members, bodies.T, strict=True):
+        shown = [labels(scenario, member, region) for region in scenario.region_names]
+        truth |= np.array([[p in s for p in propositions] for s in shown], dtype=bool)[column]
+    different, letter = np.unique(truth, axis=0, return_inverse=True)
+    return different, letter.reshape(-1)
+
+
+def tabulate(automaton: Any, propositions: list[str], different: NDArray) -> Automaton:
+    """Read a `spot.twa_graph` with generalised Buchi acceptance as tables.
+
+    Args:
+        automaton: from `translate`.
+        propositions: names of the P columns of `different`; at least those of the automaton.
+        different: the letters, (L, P).
+    """
+    variables = {automaton.register_ap(ap): different[:, propositions.index(ap.ap_name())] for ap in automaton.ap()}
+    n_states, n_letters, n_marks = automaton.num_states(), len(different), automaton.num_sets()
+    choices: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for edge in automaton.edges():
+        # With no mark asked for, every run is accepting: all edges carry the one mark.
+        marks = sum(1 << mark for mark in edge.acc.sets()) if n_marks else 1
+        for letter in np.flatnonzero(_holds(edge.cond, variables, n_letters)).tolist():
+            alternatives = choices.setdefault((edge.src, letter), [])
+            if (edge.dst, marks) not in alternatives:
+                alternatives.append((edge.dst, marks))
+    width = max(map(len, choices.values()), default=1)
+    successors = np.full((n_states, n_letters, width), -1)
+    marks_met = np.zeros((n_states, n_letters, width), dtype=np.int64)
+    for (state, letter), alternatives in choices.items():
+        for a, (target, marks) in enumerate(alternatives):
+            successors[state, letter, a], marks_met[state, letter, a] = target, marks
+    return Automaton(automaton.get_init_state_number(), successors, marks_met, (1 << max(n_marks, 1)) - 1)
+
+
+def _holds(condition: Any, variables: dict[int, NDArray], n_letters: int) -> NDArray[np.bool_]:
+    """(L,): for which letters a condition of an edge, a binary decision diagram, is true."""
+    buddy = importlib.import_module("buddy")  # comes with Spot
+    if condition == buddy.bddtrue:
+        return np.ones(n_letters, dtype=bool)
+    if condition == buddy.bddfalse:
+        return np.zeros(n_letters, dtype=bool)
+    high = _holds(buddy.bdd_high(condition), variables, n_letters)
+    low = _holds(buddy.bdd_low(condition), variables, n_letters)
+    return np.where(variables[buddy.bdd_var(condition)], high, low)
+
+
+def never_counts(automaton: Automaton) -> bool:
+    """Whether a word v that is repeated for ever needs but one round to close a loop of the automaton.
+
+    If true, v^omega is accepted from a state only if some state q (met after some rounds) returns to itself with
+    all marks within one round. A round that leads a to b, b to c .. and back to a makes the pair (a, b) reach
+    (b, c) and come back; so it suffices that no strongly connected set of pairs has (a, b) and (b, c), a != b.
+    LTL cannot count, but an automaton for it may. Only a sufficient condition: False means unknown.
+    """
+    if not automaton.deterministic and automaton.full > 1:
+        return False  # rounds from q to q may choose different marks
+    n = automaton.n_states
+    pairs = set()
+    for letter in range(automaton.successors.shape[1]):
+        table = automaton.successors[:, letter]
+        steps = [(q, t) for q in range(n) for t in set(table[q].tolist()) - {-1}]
+        pairs |= {(a * n + b, s * n + t) for a, s in steps for b, t in steps}
+    if not pairs:
+        return True
+    rows, columns = np.array(sorted(pairs)).T
+    graph = csr_array((np.ones(len(rows)), (rows, columns)), shape=(n * n, n * n))
+    component = connected_components(graph, connection="strong")[1].reshape(n, n)
+    same = component[:, :, None] == component[None, :, :]  # (a, b, c): (a, b) and (b, c) together
+    same[np.arange(n), np.arange(n)] = False
+    return not same.any()

@@ -1,0 +1,119 @@
+"""The cheapest loop through any of many roots, each with a price of its own for getting there.
+
+Branch and bound over sets of roots: one shortest-path tree from a whole set, in which each root starts with its
+price, bounds from below what any member of the set can cost. If the set's best path ends in the root it began in,
+the bound is met; otherwise the set is split so that the two ends of the path fall apart.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_ltl.planning.product import Graph
+
+
+@dataclass(frozen=True, eq=False)
+class LoopProblem:
+    """R roots in a graph. All weights and prices are integers, all weights at least 1."""
+
+    graph: Graph
+    roots: NDArray[np.int64]
+    """(R,): nodes in which a loop begins; no goal is a root."""
+    goals: NDArray[np.int64]
+    """(R, T): nodes of which any closes the loop of the root."""
+    prices: NDArray[np.float64]
+    """(R,): what a root costs besides its loop."""
+    features: NDArray[np.int64]
+    """(R, F): rows that differ from root to root; they say how sets are split."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A root, the cheapest path from it to one of its goals, and what both cost together."""
+
+    root: int
+    """Index into the problem's roots."""
+    nodes: tuple[int, ...]
+    weight: float
+
+
+def cheapest_loop(problem: LoopProblem, limit: float = np.inf) -> Loop | None:
+    """The loop of least price + weight below `limit`; None if there is none."""
+    tree = _Tree(problem)
+    best: Loop | None = None
+    ticket = count()
+    queue = [(0.0, next(ticket), np.flatnonzero(problem.prices < limit))]
+    while queue:
+        bound, _, members = heapq.heappop(queue)
+        if bound >= limit:
+            break
+        bounds, loop = tree.grow(members, limit)
+        if loop is None:
+            continue
+        end = int(members[np.argmin(bounds)])
+        if loop.root == end:
+            best, limit = loop, loop.weight
+            continue
+        if limit == np.inf:  # any loop that closes bounds all further work
+            _, closed = tree.grow(np.array([end]), limit)
+            if closed is not None:
+                best, limit = closed, closed.weight
+        alive = bounds < limit
+        for part in _split(problem.features, members[alive], loop.root, end):
+            heapq.heappush(queue, (bounds.min(), next(ticket), part))
+    return best
+
+
+def _split(features: NDArray, members: NDArray, first: int, second: int) -> list[NDArray]:
+    """Parts by the value of the first feature in which two roots differ."""
+    feature = np.flatnonzero(features[first] != features[second])[0]
+    values = features[members, feature]
+    return [members[values == value] for value in np.unique(values)]
+
+
+class _Tree:
+    """Shortest-path trees of one problem: its graph with one more node, from which all paths begin."""
+
+    def __init__(self, problem: LoopProblem):
+        self.problem = problem
+        graph, room = problem.graph, len(problem.roots)
+        self.targets = np.concatenate([graph.targets, np.zeros(room, np.int32)])
+        self.weights = np.concatenate([graph.weights, np.zeros(room)])
+        self.starts = np.append(graph.starts, graph.starts[-1]).astype(np.int32)
+
+    def grow(self, members: NDArray, limit: float) -> tuple[NDArray, Loop | None]:
+        """Paths from the roots `members`.
+
+        Returns:
+            For each member a lower bound of what its loop costs (inf at or above `limit`), and the best path:
+            from some member's root to some member's goal.
+        """
+        problem, edges = self.problem, len(self.problem.graph.targets)
+        if not len(members):
+            return np.zeros(0), None
+        self.targets[edges : edges + len(members)] = problem.roots[members]
+        self.weights[edges : edges + len(members)] = problem.prices[members] + 1.0  # no edge of weight zero
+        self.starts[-1] = edges + len(members)
+        n = problem.graph.n_nodes
+        matrix = csr_array(
+            (self.weights[: self.starts[-1]], self.targets[: self.starts[-1]], self.starts),
+            shape=(n + 1, n + 1),
+        )
+        distance, parent = dijkstra(matrix, indices=n, return_predecessors=True, limit=limit)
+        at_goals = distance[problem.goals[members]] - 1.0
+        bounds = at_goals.min(axis=1)
+        end = int(np.argmin(bounds))
+        if not bounds[end] < limit:
+            return np.full(len(members), np.inf), None
+        nodes = [int(problem.goals[members[end], np.argmin(at_goals[end])])]
+        while parent[nodes[-1]] != n:
+            nodes.append(int(parent[nodes[-1]]))
+        root = int(members[np.flatnonzero(problem.roots[members] == nodes[-1])[0]])
+        return bounds, Loop(root, tuple(reversed(nodes)), float(bounds[end]))

@@ -1,0 +1,99 @@
+"""Plans as JSON: the contract of `drake-ltl plan --json`, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from drake_ltl.planning.plan import Action, Plan, State
+from drake_ltl.scenario.model import Scenario
+
+COUNTS = ("ts_states", "ts_transitions", "automaton_states", "automaton_edges", "product_states")
+SECONDS = ("transition_system", "automaton", "search", "total")
+
+
+def plan_to_json(plan: Plan, scenario: Scenario) -> dict[str, Any]:
+    """A plan in plain types.
+
+    `steps[l]` are the actions that lead from state l to state l + 1 of prefix + suffix; the last ones lead back to
+    the first state of the suffix.
+    """
+    return {
+        "scenario": scenario.name,
+        "status": plan.status,
+        "prefix_cost": plan.prefix_cost,
+        "suffix_cost": plan.suffix_cost,
+        "cost": plan.cost,
+        "lower_bound": plan.lower_bound,
+        "prefix": [state_to_json(state, scenario) for state in plan.prefix],
+        "suffix": [state_to_json(state, scenario) for state in plan.suffix],
+        "steps": [[action_to_json(action) for action in actions] for actions in plan.moves],
+        "counts": {key: plan.counts.get(key) for key in COUNTS},
+        "seconds": {key: plan.seconds.get(key) for key in SECONDS},
+    }
+
+
+def no_plan_json(scenario: Scenario, status: str = "infeasible") -> dict[str, Any]:
+    """What is written where there is no plan: `status` is `infeasible` or `unknown`, all else null."""
+    keys = ("prefix_cost", "suffix_cost", "cost", "lower_bound", "prefix", "suffix", "steps")
+    return {
+        "scenario": scenario.name,
+        "status": status,
+        **dict.fromkeys(keys),
+        "counts": dict.fromkeys(COUNTS),
+        "seconds": dict.fromkeys(SECONDS),
+    }
+
+
+def plan_from_json(data: Mapping[str, Any], scenario: Scenario) -> Plan:
+    """The plan that `plan_to_json` wrote for the same scenario.
+
+    Raises:
+        KeyError: something is missing; TypeError: there was no plan.
+    """
+    return Plan(
+        prefix=tuple(state_from_json(state, scenario) for state in data["prefix"]),
+        suffix=tuple(state_from_json(state, scenario) for state in data["suffix"]),
+        moves=tuple(tuple(action_from_json(action) for action in actions) for actions in data["steps"]),
+        prefix_cost=data["prefix_cost"],
+        suffix_cost=data["suffix_cost"],
+        lower_bound=data["lower_bound"],
+        status=data["status"],
+        counts=dict(data["counts"]),
+        seconds=dict(data["seconds"]),
+    )
+
+
+def state_to_json(state: State, scenario: Scenario) -> dict[str, Any]:
+    """{"agents": {a1: pi1}, "objects": {o1: pi2}, "grasps": {a1: null}}"""
+    agents, objects = scenario.agent_names, scenario.object_names
+    return {
+        "agents": dict(zip(agents, state.agents, strict=True)),
+        "objects": dict(zip(objects, state.objects, strict=True)),
+        "grasps": dict(zip(agents, state.grasps, strict=True)),
+    }
+
+
+def state_from_json(data: Mapping[str, Any], scenario: Scenario) -> State:
+    """The inverse of `state_to_json`."""
+    return State(
+        tuple(data["agents"][name] for name in scenario.agent_names),
+        tuple(data["objects"][name] for name in scenario.object_names),
+        tuple(data["grasps"][name] for name in scenario.agent_names),
+    )
+
+
+def action_to_json(action: Action) -> dict[str, Any]:
+    """{"kind": "transport", "agents": [a2, a3], "object": o2, "from": pi1, "to": pi3}"""
+    return {
+        "kind": action.kind,
+        "agents": list(action.agents),
+        "object": action.object,
+        "from": action.start,
+        "to": action.goal,
+    }
+
+
+def action_from_json(data: Mapping[str, Any]) -> Action:
+    """The inverse of `action_to_json`."""
+    return Action(data["kind"], tuple(data["agents"]), data["from"], data["to"], data["object"])

@@ -1,0 +1,97 @@
+"""The product of a transition system with an automaton, as a graph in compressed rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from drake_ltl.planning.automaton import Automaton
+from drake_ltl.planning.transition_system import TransitionSystem
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """A weighted directed graph; parallel edges are allowed."""
+
+    starts: NDArray[np.int32]
+    """(n + 1,): the edges of node i are starts[i] .. starts[i + 1]."""
+    targets: NDArray[np.int32]
+    """(e,)"""
+    weights: NDArray[np.float64]
+    """(e,)"""
+
+    @property
+    def n_nodes(self) -> int:
+        return len(self.starts) - 1
+
+    @property
+    def sources(self) -> NDArray[np.int64]:
+        """(e,): node in which each edge begins."""
+        return np.repeat(np.arange(self.n_nodes), np.diff(self.starts))
+
+    def matrix(self) -> csr_array:
+        """The graph for `scipy.sparse.csgraph`; made of the arrays themselves, so that nothing is added up."""
+        return csr_array((self.weights, self.targets, self.starts), shape=(self.n_nodes, self.n_nodes))
+
+
+@dataclass(frozen=True, eq=False)
+class Product:
+    """Nodes q * S + s: the transition system is in state s, whose letter brought the automaton to state q."""
+
+    graph: Graph
+    marks: NDArray[np.int64]
+    """(e,): marks met on each edge."""
+    initial: NDArray[np.int64]
+    """Nodes in which a run begins."""
+    n_system: int
+    """S."""
+
+
+def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automaton: Automaton, start: int) -> Product:
+    """TS x BA.
+
+    Args:
+        system: the transition system.
+        letter: (S,), the letter of each of its states.
+        weights: (E,), weight of each of its transitions.
+        automaton: reads letters.
+        start: state of the system in which the run begins; the automaton reads its letter first.
+    """
+    n_system, n_automaton = system.n_states, automaton.n_states
+    read = letter[system.targets]
+    counts, targets, marks, weight = [], [], [], []
+    for q in range(n_automaton):
+        successor = automaton.successors[q][read]
+        edge, alternative = np.nonzero(successor >= 0)
+        counts.append(np.bincount(system.sources[edge], minlength=n_system))
+        targets.append(successor[edge, alternative] * n_system + system.targets[edge])
+        marks.append(automaton.marks[q, read[edge], alternative])
+        weight.append(weights[edge])
+    starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
+    graph = Graph(starts, np.concatenate(targets).astype(np.int32), np.concatenate(weight))
+    first = automaton.successors[automaton.initial, letter[start]]
+    initial = np.unique(first[first >= 0]) * n_system + start
+    return Product(graph, np.concatenate(marks), initial, n_system)
+
+
+def accepting(product: Product, reachable: NDArray[np.bool_], full: int) -> NDArray[np.int64]:
+    """The nodes that lie on accepting loops, as strongly connected components.
+
+    Args:
+        product: n nodes.
+        reachable: (n,), which nodes a run can reach.
+        full: all marks.
+
+    Returns:
+        (n,): number of the component, or -1 for a node outside all components whose edges carry all marks.
+    """
+    graph, sources = product.graph, product.graph.sources
+    n_components, component = connected_components(graph.matrix(), connection="strong")
+    inside = (component[sources] == component[graph.targets]) & reachable[sources]
+    collected = np.zeros(n_components, dtype=np.int64)
+    np.bitwise_or.at(collected, component[sources[inside]], product.marks[inside])
+    return np.where(reachable & (collected == full)[component], component, -1)
