@@ -34,7 +34,7 @@ def grasp_matrix(offsets: Sequence[np.ndarray]) -> np.ndarray:
 
 def wrench_at_gripper(F_O: np.ndarray, p_OoEo_W: np.ndarray) -> np.ndarray:
     """J_O^{-T} F_O (6,): the wrench at Eo that is equivalent to F_O (6,) [N m; N] at Oo. No inverse is formed."""
-    torque = F_O[:3] - np.cross(p_OoEo_W, F_O[3:])
+    torque = F_O[:3] - skew(p_OoEo_W) @ F_O[3:]
     return np.concatenate([torque, F_O[3:]])
 
 

@@ -1,1 +1,1 @@
-"""TODO"""
+"""Runs missions and records them. `recording` alone needs no Drake."""

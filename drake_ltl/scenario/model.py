@@ -83,8 +83,8 @@ class ControllerSettings:
     """Damping of the carried object's velocity [N s/m]."""
     team_rotation_damping: float = 4.0
     """Damping of the carried object's angular velocity [N m s/rad]."""
-    period: float = 0.01
-    """The navigation function's gradient is held for this long [s]."""
+    period: float = 0.02
+    """The supervisor looks for what has arrived this often [s]."""
 
 
 @dataclass(frozen=True)

@@ -218,10 +218,13 @@ class NavigationField(LeafSystem):
 
 
 def rotation_error(quaternion: np.ndarray) -> tuple[float, np.ndarray]:
-    """3 - tr R = 2 (1 - cos angle) to the upright pose, times ROTATION_WEIGHT, and its slope (3,) along omega_W."""
-    R = RotationMatrix(Quaternion(quaternion / np.linalg.norm(quaternion))).matrix()
-    axial = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    return ROTATION_WEIGHT * (3.0 - np.trace(R)), ROTATION_WEIGHT * axial
+    """3 - tr R = 2 (1 - cos angle) to the upright pose, times ROTATION_WEIGHT, and its slope (3,) along omega_W.
+
+    In terms of the unit quaternion (w, v) of R: 3 - tr R = 4 |v|^2, and the axial vector of R - R^T is 4 w v.
+    """
+    w, v = quaternion[0], quaternion[1:]
+    scale = 4.0 * ROTATION_WEIGHT / float(quaternion @ quaternion)
+    return scale * float(v @ v), scale * w * v
 
 
 def _object_energy(model: ObjectModel, state: np.ndarray) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.common.value import AbstractValue
+from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
     BasicVector,
@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
     InputPortIndex,
     LeafSystem,
     OutputPort,
+    ValueProducer,
 )
 
 from drake_ltl.multibody.measure import MeasuredModels
@@ -74,13 +75,18 @@ class PlanSupervisor(LeafSystem):
             for name, n in self._sizes.items()
         }  # (mode, grasp), hold, reach
         self._applied = self.DeclareNumericParameter(BasicVector([0.0]))
+        self._progress = self.DeclareCacheEntry(
+            "progress",
+            ValueProducer(allocate=Value[object], calc=self._calc_progress),
+            prerequisites_of_calc={self.xd_ticket()},
+        )
         self._declare_outputs()
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self.DeclarePerStepPublishEvent(self._hand_over)
 
     def _declare_outputs(self) -> None:
-        state = {self.xd_ticket()}
+        state = {self._progress.ticket()}
         self._output: dict[str, OutputPort] = {}
 
         def declare(name: str, size: int, value: Callable[[Progress], np.ndarray]) -> None:
@@ -150,6 +156,9 @@ class PlanSupervisor(LeafSystem):
 
     def GetProgress(self, context: Context) -> Progress:
         """The discrete state as Progress."""
+        return self._progress.Eval(context)
+
+    def _calc_progress(self, context: Context, progress) -> None:
         values = context.get_discrete_state()
         count, phase, step_start, revision = values.value(self._header)
         agents = []
@@ -157,7 +166,9 @@ class PlanSupervisor(LeafSystem):
             mode, grasp = values.value(ints)
             agents.append(AgentSignals(int(mode), values.value(hold).copy(), values.value(reach).copy(), int(grasp)))
         anchor = values.value(self._anchor).copy()
-        return Progress(int(count), Phase(int(phase)), step_start, int(revision), anchor, tuple(agents))
+        progress.set_value(
+            Progress(int(count), Phase(int(phase)), step_start, int(revision), anchor, tuple(agents))
+        )
 
     # Events.
 
@@ -207,11 +218,10 @@ class PlanSupervisor(LeafSystem):
         return int(context.get_numeric_parameter(self._applied).GetAtIndex(0))
 
     def _calc_mode(self, agent: str):
-        ints = self._agent_groups[agent][0]
+        index = list(self._sizes).index(agent)
 
         def calc(context: Context, output: AbstractValue) -> None:
-            mode = int(context.get_discrete_state(ints).GetAtIndex(0))
-            output.set_value(InputPortIndex(1 + mode))
+            output.set_value(InputPortIndex(1 + self.GetProgress(context).agents[index].mode))
 
         return calc
 

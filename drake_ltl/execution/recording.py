@@ -1,0 +1,164 @@
+"""What a run leaves behind: everything a verdict needs, as plain arrays in one file.
+
+The file is a NumPy archive (.npz, readable from any language with a zip and a simple header) with one JSON header:
+an open format that needs no library beyond numpy, and bytes that depend on the run alone. Version 1.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_ltl.errors import InvalidInputError, Mistake
+
+FORMAT = "drake_ltl recording"
+VERSION = 1
+NOTHING = -1
+"""In `grasp`: holds no object."""
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """One executed step of the plan."""
+
+    number: int
+    """From 0, in order of execution."""
+    actions: tuple[dict[str, Any], ...]
+    """Each {"kind", "agents", "object", "from", "to"}."""
+    start: float
+    """[s]"""
+    duration: float
+    """[s]"""
+    finished: bool
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run, sampled at every step of the plant. Positions in W [m], quaternions (w, x, y, z)."""
+
+    scenario: str
+    """The scenario's text."""
+    versions: Mapping[str, str]
+    agents: tuple[str, ...]
+    objects: tuple[str, ...]
+    agent_radius: Mapping[str, float]
+    object_radius: Mapping[str, float]
+    team_radius: Mapping[str, float]
+    prefix_length: int
+    suffix_length: int
+    """Steps of the plan's prefix (up to and into the suffix's first state) and of one round of its suffix."""
+    steps: tuple[StepRecord, ...]
+    completed: bool
+    reason: str
+    """Why the run ended early; empty if it did not."""
+    time: np.ndarray
+    """(T,) [s], increasing."""
+    q: Mapping[str, np.ndarray]
+    """agent -> (T, n_i)."""
+    qd: Mapping[str, np.ndarray]
+    """agent -> (T, n_i)."""
+    centre: Mapping[str, np.ndarray]
+    """agent -> c_i (T, 3)."""
+    pose: Mapping[str, np.ndarray]
+    """object -> quaternion and origin (T, 7)."""
+    velocity: Mapping[str, np.ndarray]
+    """object -> angular and linear velocity (T, 6)."""
+    step: np.ndarray
+    """(T,) number of the step being carried out; len(steps) once all are done."""
+    phase: np.ndarray
+    """(T,) 0 navigating, 1 late grasps, 2 done: V is one function for each (step, phase)."""
+    mode: np.ndarray
+    """(T, N) what each agent does: 0 hold, 1 travel, 2 reach, 3 + j carries object j."""
+    grasp: np.ndarray
+    """(T, N) index of the object each agent is welded to, or NOTHING."""
+    weld_gap: np.ndarray
+    """(T, N) [m] distance between gripper and grasp frame; 0 while not welded."""
+    weld_angle: np.ndarray
+    """(T, N) [rad]."""
+    lyapunov: np.ndarray
+    """(T,) V [J] as the controllers evaluated it; 0 while nothing moves under the navigation function."""
+
+    @property
+    def object_origin(self) -> dict[str, np.ndarray]:
+        """object -> p_WO (T, 3)."""
+        return {name: pose[:, 4:] for name, pose in self.pose.items()}
+
+    def save(self, path: Path | str) -> None:
+        """Writes the file whole or not at all (OSError if it cannot)."""
+        path = Path(path)
+        header = {field: getattr(self, field) for field in _HEADER_FIELDS}
+        header |= {"format": FORMAT, "version": VERSION, "steps": [dataclasses.asdict(step) for step in self.steps]}
+        arrays = {field: getattr(self, field) for field in _ARRAY_FIELDS}
+        for field in _GROUP_FIELDS:
+            arrays |= {f"{field}/{name}": array for name, array in getattr(self, field).items()}
+        text = json.dumps(header, sort_keys=True, default=dict)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez_compressed(file, header=np.frombuffer(text.encode(), dtype=np.uint8), **arrays)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+    @staticmethod
+    def load(path: Path | str) -> Recording:
+        """Reads a file written by `save`.
+
+        Raises:
+            InvalidInputError: it is not there, or not a recording of this version.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                arrays = dict(archive)
+            header = json.loads(arrays.pop("header").tobytes())
+            return _from_parts(header, arrays)
+        except OSError as error:
+            raise _mistake(path, error.strerror or "cannot be read", "name a recording") from error
+        except (KeyError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+            raise _mistake(path, f"is not a recording of version {VERSION}", "make one with `simulate`") from error
+
+
+_HEADER_FIELDS = (
+    "scenario",
+    "versions",
+    "agents",
+    "objects",
+    "agent_radius",
+    "object_radius",
+    "team_radius",
+    "prefix_length",
+    "suffix_length",
+    "completed",
+    "reason",
+)
+_ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "weld_gap", "weld_angle", "lyapunov")
+_GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
+
+
+def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recording:
+    if header["format"] != FORMAT or header["version"] != VERSION:
+        raise ValueError(header["version"])
+    header["agents"], header["objects"] = tuple(header["agents"]), tuple(header["objects"])
+    steps = tuple(StepRecord(**{**step, "actions": tuple(step["actions"])}) for step in header["steps"])
+    names = {"q": "agents", "qd": "agents", "centre": "agents", "pose": "objects", "velocity": "objects"}
+    groups = {field: {name: arrays[f"{field}/{name}"] for name in header[names[field]]} for field in _GROUP_FIELDS}
+    samples = len(arrays["time"])
+    if any(len(array) != samples for array in arrays.values()):
+        raise ValueError("arrays of different lengths")
+    fields = {field: header[field] for field in _HEADER_FIELDS} | {field: arrays[field] for field in _ARRAY_FIELDS}
+    return Recording(steps=steps, **fields, **groups)
+
+
+def _mistake(path: Path | str, what: str, remedy: str) -> InvalidInputError:
+    return InvalidInputError([Mistake(str(path), what, remedy)])

@@ -1,0 +1,99 @@
+"""Carries a mission out: advances the Simulator, switches welds in between, watches the clock, records."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+
+from drake_ltl.diagrams.mission_diagram import MissionDiagram
+from drake_ltl.errors import DrakeLtlError, ExecutionError
+from drake_ltl.execution.grasping import ApplyGrasps
+from drake_ltl.execution.log_reader import read_logs
+from drake_ltl.execution.recording import Recording
+from drake_ltl.systems.signals import Phase
+
+REPORT_PERIOD = 1.0
+"""Simulated time between reports of progress and looks at the step's time limit [s]."""
+
+
+@dataclass(frozen=True)
+class RunProgress:
+    """What a run says of itself while it goes on."""
+
+    time: float
+    """Simulated [s]."""
+    step: int
+    """Steps done."""
+    num_steps: int
+    waiting_for: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recording, and how long the run took by the wall's clock (which no recording carries)."""
+
+    recording: Recording
+    wall_seconds: float
+
+
+def RunMission(
+    mission: MissionDiagram,
+    *,
+    num_steps: int,
+    report: Callable[[RunProgress], None] | None = None,
+    simulator: Simulator | None = None,
+) -> Run:
+    """Runs until `num_steps` steps are done, a step exceeds its time limit, a check fails, or Ctrl-C.
+
+    Whatever ends the run, the recording holds all that happened until then and says why it ended.
+
+    Args:
+        report: called once per simulated second.
+        simulator: one whose context is the diagram's (`CreateStartContext`); made here if not given.
+    """
+    simulator = Simulator(mission.diagram, mission.CreateStartContext()) if simulator is None else simulator
+    begin = time.perf_counter()
+    try:
+        reason = _advance(mission, simulator, num_steps, report)
+    except KeyboardInterrupt:
+        reason = "interrupted"
+    except DrakeLtlError as error:
+        reason = str(error)
+    wall_seconds = time.perf_counter() - begin
+    return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds)
+
+
+def _advance(
+    mission: MissionDiagram,
+    simulator: Simulator,
+    num_steps: int,
+    report: Callable[[RunProgress], None] | None,
+) -> str:
+    """Empty when the mission is done, else why it cannot be."""
+    context = simulator.get_mutable_context()
+    supervisor = mission.supervisor
+    supervisor_context = supervisor.GetMyContextFromRoot(context)
+    _expect_own(mission, simulator.Initialize())
+    while True:
+        if supervisor.grasps_pending(supervisor_context):
+            ApplyGrasps(mission, context)
+        progress = supervisor.GetProgress(supervisor_context)
+        if progress.phase is Phase.DONE:
+            return ""
+        waiting = supervisor.waiting_for(supervisor_context)
+        if report is not None:
+            report(RunProgress(context.get_time(), progress.count, num_steps, tuple(waiting)))
+        limit = mission.scenario.simulation.step_time_limit
+        if context.get_time() - progress.step_start > limit:
+            return f"step {progress.count + 1} did not finish within {limit:g} s: {'; '.join(waiting)}"
+        _expect_own(mission, simulator.AdvanceTo(context.get_time() + REPORT_PERIOD))
+
+
+def _expect_own(mission: MissionDiagram, status: SimulatorStatus) -> None:
+    """The supervisor alone ends an advance early; another system that does so ends the run."""
+    stopped = status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime
+    if stopped and status.system() is not mission.supervisor:
+        raise ExecutionError(status.FormatMessage())
