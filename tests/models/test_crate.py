@@ -130,8 +130,7 @@ def test_three_arms_grasp_at_once(make_world, arm_with_heading):
         world.plant.SetPositions(world.context, arm, [*p_WB, *(side * GRASP_POSTURE)])
     assert world.contacts() == []
     centres = [
-        world.plant.GetFrameByName("bounding_centre", arm).CalcPoseInWorld(world.context).translation()
-        for arm in arms
+        world.plant.GetFrameByName("bounding_centre", arm).CalcPoseInWorld(world.context).translation() for arm in arms
     ]
     distances = [np.linalg.norm(centres[i] - centres[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
     np.testing.assert_allclose(distances, 2.59, atol=0.01)

@@ -39,9 +39,7 @@ def test_every_file_is_package_data():
     with (REPOSITORY / "pyproject.toml").open("rb") as file:
         globs = tomllib.load(file)["tool"]["setuptools"]["package-data"]["drake_ltl.models"]
     models = REPOSITORY / "models"
-    files = [
-        p.relative_to(models) for p in models.rglob("*") if p.is_file() and p.suffix not in {".py", ".pyc"}
-    ]
+    files = [p.relative_to(models) for p in models.rglob("*") if p.is_file() and p.suffix not in {".py", ".pyc"}]
     assert files
     for file in files:
         # a * of setuptools does not cross folders, fnmatch's does

@@ -121,9 +121,7 @@ def test_kinematics_at_the_grasp_posture(make_world, arm_with_heading, heading, 
     X_WC = world.plant.GetFrameByName("bounding_centre").CalcPoseInWorld(world.context)
     X_WL = world.plant.GetFrameByName("link2").CalcPoseInWorld(world.context)
     up = np.array([0, 0, 1.0])
-    np.testing.assert_allclose(
-        X_WL.translation(), p_WB + np.sin(q1) * e + (0.2 + np.cos(q1)) * up, atol=1e-12
-    )
+    np.testing.assert_allclose(X_WL.translation(), p_WB + np.sin(q1) * e + (0.2 + np.cos(q1)) * up, atol=1e-12)
     np.testing.assert_allclose(X_WG.translation(), X_WL.translation() + e, atol=1e-12)
     np.testing.assert_allclose(X_WG.rotation().col(2), e, atol=1e-12)
     np.testing.assert_allclose(X_WC.translation() - p_WB, 0.784 * e + 0.3595 * up, atol=1e-4)
