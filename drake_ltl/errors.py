@@ -48,10 +48,14 @@ class CertificateError(DrakeLtlError):
 
 
 class PlacementError(DrakeLtlError):
-    """A plan's bodies cannot be placed in their regions. `step` is the index of the plan's move that failed."""
+    """A plan's bodies cannot be placed in their regions.
 
-    def __init__(self, message: str, step: int):
+    `step` is the index of the plan's move that failed, `region` where it failed, if that is known.
+    """
+
+    def __init__(self, message: str, step: int, region: str | None = None):
         self.step = step
+        self.region = region
         super().__init__(message)
 
 

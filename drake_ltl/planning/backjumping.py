@@ -1,4 +1,4 @@
-"""Search for values of a few variables with finite lists of values, subject to constraints over several of them.
+"""Search for values of a few variables with finite lists of values, subject to constraints.
 
 Conflict-directed backjumping: when every value of a variable is ruled out, the search returns to the latest
 variable that had a part in it. All values of a variable are tried at once, as arrays.
@@ -29,6 +29,8 @@ class Constraint:
     step: int
     text: str
     """What is wrong where it does not hold."""
+    region: str = ""
+    """Where that is."""
     spacing: bool = True
     """Whether slack beyond what is needed is worth something."""
 
@@ -42,11 +44,14 @@ class Cost:
 
 
 class DeadEndError(Exception):
-    """No values satisfy all constraints, or none were found; `reason` ruled out the last value of the furthest try."""
+    """No values satisfy all constraints, or none were found.
 
-    def __init__(self, reason: Constraint):
-        self.reason = reason
-        super().__init__(reason.text)
+    `reasons` are the constraints that ruled out all values in the try that got furthest, the last one last.
+    """
+
+    def __init__(self, reasons: Sequence[Constraint]):
+        self.reasons = tuple(reasons)
+        super().__init__("; ".join(dict.fromkeys(reason.text for reason in reasons)))
 
 
 @dataclass
@@ -73,7 +78,7 @@ class Search:
         """Values that satisfy all constraints, of small cost; DeadEndError if none are found."""
         for constraint in self._fixed:
             if float(constraint.slack([])) < 0.0:
-                raise DeadEndError(constraint)
+                raise DeadEndError([constraint])
         return self._improve(self._backjump())
 
     def _backjump(self) -> list[int]:
@@ -81,20 +86,19 @@ class Search:
         values: Assignment = [-1] * count
         untried: list[Iterator[int]] = []
         blame: list[set[int]] = []
-        furthest: Constraint | None = None
+        furthest: list[Constraint] = []
         effort = 0
         while len(untried) < count:
             variable = len(untried)
-            good, culprits, reason = self._survey(variable, values)
+            good, culprits, reasons = self._survey(variable, values)
             untried.append(iter(good))
             blame.append(culprits)
-            if reason is not None and (furthest is None or reason.step > furthest.step):
-                furthest = reason
+            if not good and (not furthest or reasons[-1].step > furthest[-1].step):
+                furthest = reasons
             effort += 1
             while (value := next(untried[-1], None)) is None:
                 culprits = blame[-1]
                 if not culprits or effort > self.effort:
-                    assert furthest is not None
                     raise DeadEndError(furthest)
                 target = max(culprits)
                 for later in range(target + 1, len(untried)):
@@ -104,27 +108,29 @@ class Search:
             values[len(untried) - 1] = value
         return [int(value) for value in values]
 
-    def _survey(self, variable: int, values: Assignment) -> tuple[list[int], set[int], Constraint | None]:
-        """The variable's values in the order to try them, the variables that rule out others, and, if none is
-        left, the constraint that ruled out the last."""
+    def _survey(self, variable: int, values: Assignment) -> tuple[list[int], set[int], list[Constraint]]:
+        """The variable's values in the order to try them, the variables that rule out others, and the constraints
+        by which they do."""
         values[variable] = np.arange(self.sizes[variable])
         alive = np.ones(self.sizes[variable], dtype=bool)
         spacing = np.full(self.sizes[variable], GOOD_SPACING)
         culprits: set[int] = set()
+        reasons: list[Constraint] = []
         for constraint in self._closed_by[variable]:
             slack = constraint.slack(values)
             failing = alive & (slack < 0.0)
             if failing.any():
                 culprits |= constraint.scope - {variable}
+                reasons.append(constraint)
                 alive &= ~failing
                 if not alive.any():
-                    return [], culprits, constraint
+                    return [], culprits, reasons
             if constraint.spacing:
                 spacing = np.minimum(spacing, slack)
         known = [c for c in self._costs_of[variable] if max(c.scope) <= variable]
         cost = self._cost(known, values, spacing)
         best_first = np.argsort(np.where(alive, cost, np.inf), kind="stable")[: int(alive.sum())]
-        return [int(best_first[k]) for k in _spread(len(best_first))], culprits, None
+        return [int(best_first[k]) for k in _spread(len(best_first))], culprits, reasons
 
     def _cost(self, terms: Sequence[Cost], values: Assignment, spacing: Array) -> Array:
         total = self.spacing_weight * (GOOD_SPACING - spacing)

@@ -1,7 +1,7 @@
 """Places for all bodies at every step of a plan: the procedure P_s of the paper, over the whole run at once.
 
-What stands in a region stays where it is when somebody arrives, and an object set down now is in the way later. So
-places are chosen for all stays together (DESIGN: decision 3), by a search over finite lists of places.
+What stands in a region stays where it is when somebody arrives, and an object set down now is in the way later.
+So places are chosen for all stays together, by a search over finite lists of places.
 """
 
 from __future__ import annotations
@@ -23,23 +23,20 @@ from drake_ltl.scenario.starts import Starts
 def place(plan: Plan, scenario: Scenario, geometry: Geometry, starts: Starts) -> Mission:
     """Place every body at every state of the plan's lasso.
 
-    Bodies keep the largest of `MARGINS` that works. If the loop cannot be closed because a body would have to come
-    back to exactly its given start, its first round is made part of the prefix.
+    Bodies keep the largest of `MARGINS` that works. If the loop cannot be closed because a body would have to
+    come back to exactly its given start, its first round is made part of the prefix.
 
     Raises:
         PlacementError: if no places are found; `step` is the move that no try got beyond.
     """
-    failures: list[tuple[int, str]] = []
     for margin in MARGINS:
         for rounds in (0, 1):
             timeline = Timeline.of(plan, scenario.agent_names, scenario.object_names, rounds=rounds)
             try:
                 return _place(plan, timeline, scenario, geometry, starts, margin)
             except DeadEndError as error:
-                failures.append((timeline.plan_moves[error.reason.step], error.reason.text))
-    step, text = failures[-1]
-    actions = "; ".join(_describe(action) for action in plan.moves[step]) or "nobody moves"
-    raise PlacementError(f"move {step} ({actions}): {text}, whatever places were tried", step)
+                failure = _failure(plan, timeline, error)
+    raise failure
 
 
 def _place(
@@ -50,12 +47,18 @@ def _place(
     values: Assignment = list(Search(places.sizes, rules, costs(places)).solve())
     layouts = [_layout(places, values, time) for time in range(len(timeline.states))]
     steps = tuple(
-        PlacedStep(
-            actions, layouts[move], layouts[timeline.after(move)], _standoffs(places, values, move, actions)
-        )
+        PlacedStep(actions, layouts[move], layouts[timeline.after(move)], _standoffs(places, values, move, actions))
         for move, actions in enumerate(timeline.moves)
     )
     return Mission(plan, steps, timeline.loop)
+
+
+def _failure(plan: Plan, timeline: Timeline, error: DeadEndError) -> PlacementError:
+    reason = error.reasons[-1]
+    step = timeline.plan_moves[reason.step]
+    actions = "; ".join(_describe(action) for action in plan.moves[step]) or "nobody moves"
+    message = f"move {step} ({actions}), whatever places are tried: {error}"
+    return PlacementError(message, step, reason.region)
 
 
 def _layout(places: Places, values: Assignment, time: int) -> Layout:
@@ -68,9 +71,7 @@ def _layout(places: Places, values: Assignment, time: int) -> Layout:
     return Layout(stands, {name: _at(places.object(name, time), values) for name in timeline.objects})
 
 
-def _standoffs(
-    places: Places, values: Assignment, move: int, actions: tuple[Action, ...]
-) -> dict[str, Stand]:
+def _standoffs(places: Places, values: Assignment, move: int, actions: tuple[Action, ...]) -> dict[str, Stand]:
     after = places.stays.timeline.after(move)
     grasping = [action.agents[0] for action in actions if action.kind == "grasp"]
     holds = {name: places.stays.of_agent(name, after) for name in grasping}

@@ -1,7 +1,7 @@
 """Where every stay may be: the unknowns of a placement, and all positions as functions of them.
 
-Three kinds of unknown: the place of an object for one of its stays, the grasp option of a hold, and the place of an
-agent that travels to a region. All else follows: who holds stands at p_OoC_grasp of its option from its object,
+Three kinds of unknown: the place of an object for one of its stays, the grasp option of a hold, and the place of
+an agent that travels to a region. All else follows: who holds stands at p_OoC_grasp of its option from its object,
 who has just released and who is about to approach at p_OoC_standoff.
 """
 
@@ -106,9 +106,9 @@ class Places:
         return Quantity(a.scope | b.scope, lambda values: a.value(values) == b.value(values))
 
     def reach_radius(self, hold: Stay) -> Quantity:
-        """Radius of two spheres, at the stand-off and at the grasp, that cover the agent's way between them [m].
+        """Radius [m] of two spheres, at the stand-off and at the grasp, that cover the way between them.
 
-        A capsule of radius r about an axis of length 2 h lies in two balls of radius sqrt(r^2 + h^2) at its ends.
+        A capsule of radius r about an axis of length 2 h lies in balls of radius sqrt(r^2 + h^2) at its ends.
         """
         ends = [np.subtract(option.p_OoC_standoff, option.p_OoC_grasp) for option in self.options(hold)]
         half = np.array([np.linalg.norm(end) / 2.0 for end in ends])
@@ -144,9 +144,7 @@ class Places:
         def make() -> Quantity:
             origin = self.object(hold.held, time)
             offset = self._lookup(hold, np.array(offsets, dtype=float))
-            return Quantity(
-                origin.scope | offset.scope, lambda values: origin.value(values) + offset.value(values)
-            )
+            return Quantity(origin.scope | offset.scope, lambda values: origin.value(values) + offset.value(values))
 
         return self._once((hold, self.stays.of_object(hold.held, time), kind), make)
 
@@ -200,7 +198,7 @@ class Places:
         return _about(region, rings(max(reach, 0.0), (24, 24, 12)), height)
 
     def _stand_places(self, stay: Stay) -> Array:
-        """Places (n, 3), heights still to be added, of an agent that travels; AT_STANDOFF first where eligible."""
+        """Places (n, 3), heights to be added, of an agent that travels; AT_STANDOFF first where eligible."""
         region, radius = self.region(stay), self.geometry.agent_radius[stay.body]
         sources = self.postures.sources(stay)
         heights = sorted({z for source in sources for z in self.postures.heights(stay.body, source)})

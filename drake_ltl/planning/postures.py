@@ -30,9 +30,7 @@ class Postures:
                 found[self._start.agents[current.body].posture] = None
             released = self._stays.released(current)
             if released and not current.initial:
-                found[released[0][1]] = (
-                    None  # whoever else comes here comes to that stand-off, and its posture
-                )
+                found[released[0][1]] = None  # whoever else comes here comes to that stand-off, and its posture
                 continue
             waiting += [origin for _, origin in self._stays.entries(current) if origin.held is None]
         return tuple(found)
@@ -41,9 +39,7 @@ class Postures:
         """The posture for each option of the hold, or the one posture."""
         if isinstance(source, str):
             return (source,)
-        return tuple(
-            option.standoff_posture for option in self._geometry.grasps.get((agent, source.held), ())
-        )
+        return tuple(option.standoff_posture for option in self._geometry.grasps.get((agent, source.held), ()))
 
     def heights(self, agent: str, source: Source) -> tuple[float, ...]:
         """z [m] of the centre of the agent's sphere for each posture of `names`."""

@@ -78,7 +78,7 @@ class Rules:
             yield from self._apart(a, b, move, time)
         for ball in balls:
             if not ball.given:
-                yield self._inside(ball, self._region(ball, time), move)
+                yield self._inside(ball, self._region(ball, time), move, self._region(ball, time).name)
 
     def _bodies(self, time: int) -> list[_Ball]:
         agents = [self._agent(name, time) for name in self._timeline.agents]
@@ -127,7 +127,7 @@ class Rules:
                 yield from self._transport(action, move)
             elif action.kind == "grasp":
                 standoff = self._reach(action, move, self._timeline.after(move))[0]
-                yield self._inside(standoff, self._places.regions[action.start], move)
+                yield self._inside(standoff, self._places.regions[action.start], move, action.start)
 
     def _occupied(self, move: int, time: int) -> list[_Ball]:
         """All that is in the way in a move, `time` being the state before or after it."""
@@ -171,11 +171,12 @@ class Rules:
     def _transport(self, action: Action, move: int) -> Iterator[tuple[Hashable, Constraint]]:
         """A team's sphere is inside its goal region, and at its start clear of all but the region it leaves."""
         start, goal = self._team(action, move), self._team(action, self._timeline.after(move))
-        yield self._inside(goal, self._places.regions[action.goal], move)
-        yield self._inside(start, Region("the workspace", (0.0, 0.0, 0.0), self._workspace_radius), move)
+        workspace = Region("the workspace", (0.0, 0.0, 0.0), self._workspace_radius)
+        yield self._inside(goal, self._places.regions[action.goal], move, action.goal)
+        yield self._inside(start, workspace, move, action.start)
         for region in self._places.regions.values():
             if region.name != action.start:
-                yield self._outside(start, region, move)
+                yield self._outside(start, region, move, action.start)
 
     # ---- relations
 
@@ -185,17 +186,14 @@ class Rules:
             return
         margin = self._margin
         partners = a.object is not None and a.object == b.object
-        if (
-            partners
-        ):  # their ways are straight lines from the object: what matters is how they stand at the ends
+        if partners:  # their ways are straight lines from the object: what matters is how they stand at the ends
             a, b = (replace(ball, radius=constant(ball.own)) for ball in (a, b))
         if partners or at_its_object:
             margin = min(margin, LEAST_MARGIN)
         if a.given and b.given:
             margin = _NO_TOUCH
-        text = (
-            f"{a.name} and {b.name} would be less than {margin:.2f} m apart in {self._region(a, time).name}"
-        )
+        where = self._region(a, time).name
+        text = f"{a.name} and {b.name} would be less than {margin:.2f} m apart in {where}"
         present = [ball.present for ball in (a, b) if ball.present is not None]
 
         def slack(values: Assignment) -> Array:
@@ -207,27 +205,27 @@ class Rules:
 
         spacing = not (partners or at_its_object)
         key = (_key(a), _key(b), partners)
-        yield key, Constraint(a.scope | b.scope, slack, move, text, spacing)
+        yield key, Constraint(a.scope | b.scope, slack, move, text, where, spacing)
 
-    def _inside(self, ball: _Ball, region: Region, move: int) -> tuple[Hashable, Constraint]:
+    def _inside(self, ball: _Ball, region: Region, move: int, where: str) -> tuple[Hashable, Constraint]:
         room = region.radius - ball.own - REGION_MARGIN
         text = f"{ball.name} would not be inside {region.name}"
-        return self._distance(ball, region, text, lambda distance: room - distance, move)
+        return self._distance(ball, region, text, lambda distance: room - distance, move, where)
 
-    def _outside(self, ball: _Ball, region: Region, move: int) -> tuple[Hashable, Constraint]:
+    def _outside(self, ball: _Ball, region: Region, move: int, where: str) -> tuple[Hashable, Constraint]:
         reach = region.radius + ball.own + self._margin
         text = f"{ball.name} would be less than {self._margin:.2f} m from {region.name}"
-        return self._distance(ball, region, text, lambda distance: distance - reach, move)
+        return self._distance(ball, region, text, lambda distance: distance - reach, move, where)
 
     def _distance(
-        self, ball: _Ball, region: Region, text: str, slack: Callable[[Array], Array], move: int
+        self, ball: _Ball, region: Region, text: str, slack: Callable[[Array], Array], move: int, where: str
     ) -> tuple[Hashable, Constraint]:
         centre = np.array(region.centre)
 
         def value(values: Assignment) -> Array:
             return slack(norm(ball.centre.value(values) - centre))
 
-        return (_key(ball), text), Constraint(ball.centre.scope, value, move, text, spacing=False)
+        return (_key(ball), text), Constraint(ball.centre.scope, value, move, text, where, spacing=False)
 
     def _region(self, ball: _Ball, time: int) -> Region:
         return self._places.regions[self._timeline.region(min(ball.members), time)]
@@ -238,11 +236,11 @@ class Rules:
         stays = self._places.stays
         for hold in stays.holds:
             if hold.initial or not self._places.options(hold):
-                yield _never(hold, hold.times[0], f"{hold.body} has no way to grasp {hold.held}")
+                yield self._never(hold, hold.times[0], f"{hold.body} has no way to grasp {hold.held}")
         for stand in stays.stands:
             released = stays.released(stand)
             if stand.initial and released:
-                yield _never(stand, released[0][0], f"{stand.body} cannot come back to its given start")
+                yield self._never(stand, released[0][0], f"{stand.body} cannot come back to its given start")
             elif released:
                 for move, hold in released[1:]:
                     yield self._same_standoff(stand, released[0], (move, hold))
@@ -256,13 +254,14 @@ class Rules:
         text = f"{stand.body} would not come back to the same stand-off"
         places = {self._places.stays.of_object(hold.held, move) for move, hold in (first, other)}
         if len(places) > 1:
-            return _never(stand, other[0], text)
+            return self._never(stand, other[0], text)
         a, b = self._places.chosen(first[1]), self._places.chosen(other[1])
 
         def slack(values: Assignment) -> Array:
             return np.where(a.value(values) == b.value(values), 0.0, -1.0)
 
-        return (stand, other), Constraint(a.scope | b.scope, slack, other[0], text, spacing=False)
+        where = self._places.region(stand).name
+        return (stand, other), Constraint(a.scope | b.scope, slack, other[0], text, where, spacing=False)
 
     def _same_posture(self, stand: Stay) -> Iterator[tuple[Hashable, Constraint]]:
         """A stand with two ways in has one posture, unless it is at a stand-off, which sets it."""
@@ -273,9 +272,7 @@ class Rules:
         known: dict[str, int] = {}
         for other in others:
             numbers = [
-                places.by_source(
-                    s, [known.setdefault(name, len(known)) for name in postures.names(stand.body, s)]
-                )
+                places.by_source(s, [known.setdefault(name, len(known)) for name in postures.names(stand.body, s)])
                 for s in (first, other)
             ]
 
@@ -285,12 +282,14 @@ class Rules:
 
             scope = direct.scope | numbers[0].scope | numbers[1].scope
             text = f"{stand.body} would come back in another posture"
-            yield (stand, other), Constraint(scope, slack, stand.times[-1], text, spacing=False)
+            where = places.region(stand).name
+            yield (stand, other), Constraint(scope, slack, stand.times[-1], text, where, spacing=False)
+
+    def _never(self, stay: Stay, move: int, text: str) -> tuple[Hashable, Constraint]:
+        """What is impossible whatever is chosen."""
+        where = self._places.region(stay).name
+        return stay, Constraint(frozenset(), lambda values: np.array(-1.0), move, text, where, spacing=False)
 
 
 def _key(ball: _Ball) -> Hashable:
     return (ball.name, id(ball.centre), ball.own, ball.special, ball.present is not None)
-
-
-def _never(key: Hashable, move: int, text: str) -> tuple[Hashable, Constraint]:
-    return key, Constraint(frozenset(), lambda values: np.array(-1.0), move, text, spacing=False)

@@ -41,9 +41,7 @@ class Timeline:
     objects: tuple[str, ...]
 
     @classmethod
-    def of(
-        cls, plan: Plan, agents: tuple[str, ...], objects: tuple[str, ...], *, rounds: int = 0
-    ) -> Timeline:
+    def of(cls, plan: Plan, agents: tuple[str, ...], objects: tuple[str, ...], *, rounds: int = 0) -> Timeline:
         """The plan with `rounds` rounds of its suffix taken as part of the prefix."""
         order = list(range(len(plan.states))) + rounds * list(range(plan.loop, len(plan.states)))
         return cls(
@@ -92,9 +90,7 @@ class Stays:
         self._object: dict[tuple[str, int], Stay] = {}
         self._agent: dict[tuple[str, int], Stay] = {}
         for obj in timeline.objects:
-            self._object |= self._cut(
-                obj, lambda t, obj=obj: timeline.transport(obj, t) is None, lambda t: None
-            )
+            self._object |= self._cut(obj, lambda t, obj=obj: timeline.transport(obj, t) is None, lambda t: None)
         for agent in timeline.agents:
             self._agent |= self._cut(
                 agent,

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from drake_ltl.planning.fits import Content
 from drake_ltl.planning.geometry import Geometry, GraspOption
 from drake_ltl.planning.mission import Layout, Mission
 from drake_ltl.planning.plan import Action, Plan, State
@@ -35,9 +36,7 @@ def make_scenario(agents=AGENTS, objects=OBJECTS, centres=CENTRES, radius=3.5, w
             Agent(name, "", position, heading=2.0 * math.pi * k / 3.0, power=2.0)
             for k, (name, position) in enumerate(agents.items())
         ),
-        objects=tuple(
-            TransportObject(name, "", position, power_needed=4.0) for name, position in objects.items()
-        ),
+        objects=tuple(TransportObject(name, "", position, power_needed=4.0) for name, position in objects.items()),
     )
 
 
@@ -76,9 +75,7 @@ def actions_between(scenario: Scenario, before: State, after: State) -> tuple[Ac
     found = []
     for j, name in enumerate(scenario.object_names):
         if before.objects[j] != after.objects[j]:
-            team = tuple(
-                a for a, held in zip(scenario.agent_names, before.grasps, strict=True) if held == name
-            )
+            team = tuple(a for a, held in zip(scenario.agent_names, before.grasps, strict=True) if held == name)
             found.append(Action("transport", team, before.objects[j], after.objects[j], name))
     for i, name in enumerate(scenario.agent_names):
         start, goal = before.agents[i], after.agents[i]
@@ -105,9 +102,7 @@ def _spheres(layout: Layout, scenario: Scenario, geometry: Geometry):
     return agents, objects
 
 
-def violations(
-    mission: Mission, scenario: Scenario, geometry: Geometry, starts: Starts, margin=0.05
-) -> list[str]:
+def violations(mission: Mission, scenario: Scenario, geometry: Geometry, starts: Starts, margin=0.05) -> list[str]:
     """Every rule of an executable mission, checked with distances alone; empty if all hold."""
     found: list[str] = []
     regions = {r.name: r for r in scenario.regions}
@@ -148,12 +143,12 @@ def violations(
         if earlier.after != later.before:
             found.append("a step does not begin where the last ended")
 
-    for l, step in enumerate(mission.steps):
-        k = order[l]
+    for index, step in enumerate(mission.steps):
+        k = order[index]
         before_state = plan.states[k]
-        after_state = plan.states[order[l + 1] if l + 1 < len(mission.steps) else order[mission.loop]]
+        after_state = plan.states[order[index + 1] if index + 1 < len(mission.steps) else order[mission.loop]]
         if step.actions != plan.moves[k]:
-            found.append(f"step {l}: actions differ from the plan's")
+            found.append(f"step {index}: actions differ from the plan's")
         acting = {agent: action for action in step.actions for agent in action.agents}
         carried = {action.object: action for action in step.actions if action.kind == "transport"}
         # layouts: symbolic state, spheres apart and inside
@@ -162,7 +157,7 @@ def violations(
             ("after", step.after, after_state),
         ):
             agents, objects = _spheres(layout, scenario, geometry)
-            where = f"step {l} {when}"
+            where = f"step {index} {when}"
             for i, a in enumerate(scenario.agent_names):
                 held = layout.agents[a].grasp[0] if layout.agents[a].grasp else None
                 if held != state.grasps[i]:
@@ -197,7 +192,7 @@ def violations(
             old, new = step.before.agents[a], step.after.agents[a]
             action = acting.get(a)
             if action is None and old != new:
-                found.append(f"step {l}: {a} moves without an action")
+                found.append(f"step {index}: {a} moves without an action")
             if action is not None and action.kind == "travel" and new.posture != old.posture:
                 options = [opt for key, opts in geometry.grasps.items() if key[0] == a for opt in opts]
                 ends = [
@@ -207,32 +202,28 @@ def violations(
                     if opt.standoff_posture == new.posture
                 ]
                 if all(math.dist(end, new.p_WC) > 1e-9 for end in ends):
-                    found.append(f"step {l}: {a} changes its posture away from any stand-off")
+                    found.append(f"step {index}: {a} changes its posture away from any stand-off")
             if action is not None and action.kind == "transport" and old.grasp != new.grasp:
-                found.append(f"step {l}: {a} changes its grasp while carrying")
+                found.append(f"step {index}: {a} changes its grasp while carrying")
             if action is not None and action.kind == "release":
                 o = option(step.before, a)
-                end = [
-                    p + d for p, d in zip(step.before.objects[action.object], o.p_OoC_standoff, strict=True)
-                ]
+                end = [p + d for p, d in zip(step.before.objects[action.object], o.p_OoC_standoff, strict=True)]
                 if math.dist(end, new.p_WC) > 1e-9 or new.posture != o.standoff_posture:
-                    found.append(f"step {l}: {a} does not withdraw to its stand-off")
+                    found.append(f"step {index}: {a} does not withdraw to its stand-off")
             if action is not None and action.kind == "grasp":
                 o = option(step.after, a)
-                end = [
-                    p + d for p, d in zip(step.after.objects[action.object], o.p_OoC_standoff, strict=True)
-                ]
+                end = [p + d for p, d in zip(step.after.objects[action.object], o.p_OoC_standoff, strict=True)]
                 stand = step.standoffs[a]
                 if math.dist(end, stand.p_WC) > 1e-9 or stand.posture != o.standoff_posture or stand.grasp:
-                    found.append(f"step {l}: {a} does not approach from its stand-off")
+                    found.append(f"step {index}: {a} does not approach from its stand-off")
         for o in scenario.object_names:
             if o not in carried and step.before.objects[o] != step.after.objects[o]:
-                found.append(f"step {l}: {o} moves by itself")
+                found.append(f"step {index}: {o} moves by itself")
         if set(step.standoffs) != {a for a, action in acting.items() if action.kind == "grasp"}:
-            found.append(f"step {l}: wrong stand-offs")
+            found.append(f"step {index}: wrong stand-offs")
         # what is larger than a body during the move
         for when, layout in (("before", step.before), ("mid", step.after)):
-            where = f"step {l} {when} the move"
+            where = f"step {index} {when} the move"
             _, objects = _spheres(layout, scenario, geometry)
             balls = []  # (body or bodies, object in touch with, reaching, centre, radius, covering radius)
             for a in scenario.agent_names:
@@ -244,11 +235,7 @@ def violations(
                     grasp = holding.agents[a].p_WC
                     end = step.standoffs[a].p_WC if kind == "grasp" else step.after.agents[a].p_WC
                     cover = math.hypot(r, math.dist(o.p_OoC_grasp, o.p_OoC_standoff) / 2.0)
-                    drives = (
-                        kind == "grasp"
-                        and when == "before"
-                        and math.dist(end, step.before.agents[a].p_WC) > 1e-9
-                    )
+                    drives = kind == "grasp" and when == "before" and math.dist(end, step.before.agents[a].p_WC) > 1e-9
                     if drives:
                         balls.append(({a}, None, False, layout.agents[a].p_WC, r, r))
                     else:
@@ -288,6 +275,71 @@ def violations(
     return found
 
 
+def random_states(scenario: Scenario, start: State, fits, rng, length: int) -> list[State]:
+    """A random walk of Def. 5 in which everything fits, as far as it gets."""
+    states = [start]
+    for _ in range(40 * length):
+        if len(states) > length:
+            break
+        following = _random_successor(scenario, states[-1], rng)
+        if following != states[-1] and _fits(scenario, states[-1], following, fits):
+            states.append(following)
+    return states
+
+
+def _random_successor(scenario: Scenario, state: State, rng) -> State:
+    agents, objects, grasps = list(state.agents), list(state.objects), list(state.grasps)
+    carried = set()
+    for j, name in enumerate(scenario.object_names):
+        team = [i for i, held in enumerate(state.grasps) if held == name]
+        if len(team) >= 2 and rng.random() < 0.6:
+            objects[j] = rng.choice(scenario.region_names)
+            if objects[j] != state.objects[j]:
+                carried.add(name)
+                for i in team:
+                    agents[i] = objects[j]
+    for i, held in enumerate(state.grasps):
+        here = [
+            name
+            for name, region in zip(scenario.object_names, state.objects, strict=True)
+            if region == state.agents[i] and name not in carried
+        ]
+        if held is not None and held not in carried and rng.random() < 0.15:
+            grasps[i] = None
+        elif held is None and here and rng.random() < 0.6:
+            grasps[i] = rng.choice(here)
+        elif held is None and rng.random() < 0.5:
+            agents[i] = rng.choice(scenario.region_names)
+    return State(tuple(agents), tuple(objects), tuple(grasps))
+
+
+def _fits(scenario: Scenario, before: State, after: State, fits) -> bool:
+    carried = frozenset(
+        name for name, a, b in zip(scenario.object_names, before.objects, after.objects, strict=True) if a != b
+    )
+    for state in (before, after):
+        for region in scenario.regions:
+            here = [i for i, name in enumerate(state.agents) if name == region.name]
+            objects = tuple(
+                name for name, at in zip(scenario.object_names, state.objects, strict=True) if at == region.name
+            )
+            names = scenario.agent_names
+            content = Content(
+                tuple(names[i] for i in here if state.grasps[i] is None),
+                objects,
+                tuple((names[i], state.grasps[i]) for i in here if state.grasps[i] is not None),
+                carried & set(objects),
+            )
+            if not fits(region, content):
+                return False
+    return True
+
+
+def there_and_back(states: Sequence[State], loop: int) -> list[State]:
+    """The states of a lasso: to the last state and the same way back to state `loop`."""
+    return [*states, *reversed(states[loop + 1 : -1])]
+
+
 @pytest.fixture
 def tools() -> SimpleNamespace:
     """What the tests of this folder share: makers of input, and the checker."""
@@ -297,6 +349,8 @@ def tools() -> SimpleNamespace:
         plan=make_plan,
         actions=actions_between,
         violations=violations,
+        random_states=random_states,
+        there_and_back=there_and_back,
     )
 
 
@@ -317,6 +371,4 @@ def case_ii(tools) -> SimpleNamespace:
         State(("pi4", "pi3", "pi4"), ("pi4", "pi3"), ("o1", "o2", "o1")),
     ]
     plan = make_plan(scenario, states, 7)
-    return SimpleNamespace(
-        scenario=scenario, geometry=geometry, starts=check_starts(scenario, geometry), plan=plan
-    )
+    return SimpleNamespace(scenario=scenario, geometry=geometry, starts=check_starts(scenario, geometry), plan=plan)
