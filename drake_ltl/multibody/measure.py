@@ -15,8 +15,8 @@ from drake_ltl.multibody.postures import GraspConfiguration, grasp_configuration
 from drake_ltl.planning.geometry import Geometry, GraspOption, Vector3
 from drake_ltl.scenario.model import Scenario
 
-STANDOFF_GAP = 0.10
-"""Between the spheres of an agent at its stand-off and of the object [m]: what packing asks for, with slack."""
+STANDOFF_GAP = 0.07
+"""Between the spheres of an agent at its stand-off and of the object [m]: more than the least margin of packing."""
 LEAST_APPROACH = 0.25
 """The straight way from stand-off to grasp is at least this long [m], so that the gripper clears the handle."""
 TEAM_SLACK = 0.03
