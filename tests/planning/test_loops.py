@@ -1,0 +1,113 @@
+"""The cheapest loop, the weights and the layers, each against something simpler."""
+
+from __future__ import annotations
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_ltl.planning.layers import layered
+from drake_ltl.planning.loops import LoopProblem, cheapest_loop
+from drake_ltl.planning.product import Graph, Product, accepting
+from drake_ltl.planning.weights import ACTION_LIMIT, COST_UNIT, lexicographic
+
+N = 6
+EDGES = st.lists(st.tuples(st.integers(0, N - 1), st.integers(0, N - 1), st.integers(1, 9)), max_size=25)
+
+
+def graph_of(edges, n=N):
+    edges = sorted(edges, key=lambda edge: edge[0])
+    counts = np.bincount([edge[0] for edge in edges], minlength=n)
+    return Graph(
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
+        np.array([edge[1] for edge in edges], dtype=np.int32),
+        np.array([edge[2] for edge in edges], dtype=float),
+    )
+
+
+@given(edges=EDGES, prices=st.lists(st.integers(0, 9), min_size=3, max_size=3), limit=st.integers(1, 40))
+def test_cheapest_loop_against_one_search_per_root(edges, prices, limit):
+    """Roots 0 to 2, each with two of the nodes 3 to 5 as goals; parallel edges occur."""
+    goals = np.array([[3, 4], [4, 5], [5, 3]])
+    problem = LoopProblem(graph_of(edges), np.arange(3), goals, np.array(prices, dtype=float), np.arange(3)[:, None])
+    oracle = nx.DiGraph()
+    oracle.add_nodes_from(range(N))
+    for source, target, weight in sorted(edges, key=lambda edge: -edge[2]):
+        oracle.add_edge(source, target, weight=weight)
+    costs = [
+        prices[root] + nx.shortest_path_length(oracle, root, goal, "weight")
+        for root in range(3)
+        for goal in goals[root].tolist()
+        if nx.has_path(oracle, root, goal)
+    ]
+    expected = min((cost for cost in costs if cost < limit), default=None)
+    loop = cheapest_loop(problem, float(limit))
+    if expected is None:
+        assert loop is None
+        return
+    assert loop.weight == expected
+    assert loop.nodes[0] == loop.root
+    assert loop.nodes[-1] in goals[loop.root]
+    assert prices[loop.root] + nx.path_weight(oracle, loop.nodes, "weight") == expected
+
+
+def product_of(edges):
+    """Edges (source, target, weight, marks)."""
+    edges = sorted(edges, key=lambda edge: edge[0])
+    return Product(graph_of(edges), np.array([edge[3] for edge in edges], dtype=np.int64), np.array([0]), N)
+
+
+def test_accepting_components_carry_all_marks_inside():
+    product = product_of([(0, 1, 1, 0b11), (1, 2, 1, 0b01), (2, 1, 1, 0b10), (3, 3, 1, 0b01), (4, 4, 1, 0b11)])
+    reachable = np.array([True, True, True, True, False, True])
+    component = accepting(product, reachable, 0b11)
+    assert component[1] == component[2] >= 0
+    assert component[[0, 3, 4, 5]].tolist() == [-1] * 4
+
+
+@pytest.mark.parametrize(("exact", "rounds"), [(True, 1), (False, 2)])
+def test_marks_in_any_order_or_one_after_the_other(exact, rounds):
+    """A ring that meets mark 1 before mark 0."""
+    product = product_of([(0, 1, 1, 0b10), (1, 2, 1, 0b01), (2, 0, 1, 0)])
+    component = accepting(product, np.arange(N) < 3, 0b11)
+    layers = layered(product, component, 0b11, exact, 1000)
+    n = len(layers.nodes)
+    last = layers.graph.n_nodes - n
+    problem = LoopProblem(layers.graph, np.array([0]), np.array([[last]]), np.zeros(1), np.zeros((1, 1), int))
+    assert cheapest_loop(problem).weight == 3 * rounds
+
+
+def test_layers_beyond_the_limit_are_not_formed():
+    product = product_of([(0, 0, 1, 0b1)])
+    assert layered(product, accepting(product, np.ones(N, bool), 0b1), 0b1, True, 1) is None
+
+
+@given(
+    paths=st.lists(
+        st.lists(st.tuples(st.integers(0, 2_000_000), st.integers(0, 5)), min_size=1, max_size=20),
+        min_size=2,
+        max_size=2,
+    )
+)
+def test_weights_order_as_cost_then_steps_then_actions(paths):
+    """Costs of two decimals up to 20000."""
+    edges = [edge for path in paths for edge in path]
+    weights = lexicographic(np.array([c for c, _ in edges]) / 100.0, np.array([a for _, a in edges]))
+    sums = weights[: len(paths[0])].sum(), weights[len(paths[0]) :].sum()
+    values = [(sum(c for c, _ in path), len(path), sum(a for _, a in path)) for path in paths]
+    assert (sums[0] < sums[1]) == (values[0] < values[1])
+    assert (sums[0] == sums[1]) == (values[0] == values[1])
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-12, 1.0, 1e12])
+def test_weights_are_integers_at_any_scale(scale):
+    costs = np.array([0.0, 0.5, 1.0]) * scale
+    weights = lexicographic(costs, np.zeros(3, dtype=int))
+    assert np.all(weights == np.rint(weights))
+    assert weights[0] == ACTION_LIMIT
+    assert weights.sum() < 2.0**53
+    if scale:
+        assert (weights[1] - ACTION_LIMIT) / (weights[2] - ACTION_LIMIT) == pytest.approx(0.5, rel=1e-8)
+        assert weights[1] > 1e8 * COST_UNIT  # that resolution again: nine digits of the largest cost
