@@ -1,0 +1,114 @@
+"""Top views of a run: one figure for each plan step, as Figs. 3 and 4 of the paper, and all steps on one sheet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from drake_ltl.execution.recording import Recording, StepRecord
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.visualization.palette import INK
+from drake_ltl.visualization.style import write_figure
+from drake_ltl.visualization.top_view import View, draw_region_names, draw_scale, draw_step, draw_workspace, show_region
+from drake_ltl.visualization.words import actions_words, step_heading
+
+MAX_CLOSE_UPS = 3
+"""Regions shown close up beside the whole workspace."""
+TITLE_WIDTH = 88
+"""Characters that fit a line above a figure."""
+SHEET_TITLE_WIDTH = 50
+"""... above one step of the sheet."""
+
+
+def trajectory_figures(
+    recording: Recording, scenario: Scenario, directory: Path, formats: Sequence[str] = ("png",)
+) -> list[Path]:
+    """Writes step_01.png, step_02.png, ... and steps.png with all of them into an existing directory.
+
+    Args:
+        formats: of `png`, `svg` and `pdf`.
+
+    Returns:
+        The files written; none where the run ended before its first sample.
+    """
+    view = View.of(recording, scenario)
+    if not recording.steps:
+        return []
+    digits = max(2, len(str(len(recording.steps))))
+    paths = []
+    for step in recording.steps:
+        stem = Path(directory) / f"step_{step.number + 1:0{digits}d}"
+        regions = _acting_regions(step)
+        size = (8.6, 6.6) if regions else (6.4, 6.9)
+        paths += write_figure(lambda figure, s=step, r=regions: _draw_step(figure, view, s, r), size, stem, formats)
+    columns = min(5, math.ceil(math.sqrt(len(recording.steps))))
+    rows = math.ceil(len(recording.steps) / columns)
+    size = (2.9 * columns, 3.25 * rows + 0.3)
+    return paths + write_figure(
+        lambda figure: _draw_sheet(figure, view, rows, columns), size, Path(directory) / "steps", formats
+    )
+
+
+def _acting_regions(step: StepRecord) -> list[str]:
+    """Regions in which the step's actions end, each once."""
+    return list(dict.fromkeys(action["to"] for action in step.actions))[:MAX_CLOSE_UPS]
+
+
+def _draw_step(figure: Figure, view: View, step: StepRecord, regions: list[str]) -> None:
+    figure.suptitle(_title(view.recording, step), fontsize=10.5, color=INK, x=0.02, ha="left")
+    if regions:
+        grid = figure.add_gridspec(MAX_CLOSE_UPS, 2, width_ratios=(3.1, 1))
+        axes = figure.add_subplot(grid[:, 0])
+    else:
+        grid, axes = None, figure.add_subplot()
+    draw_workspace(axes, view)
+    draw_step(axes, view, step)
+    draw_region_names(axes, view, step)
+    draw_scale(axes, view)
+    _draw_key(axes)
+    for place, region in enumerate(regions):
+        close_up = figure.add_subplot(grid[place, 1])
+        draw_workspace(close_up, view)
+        draw_step(close_up, view, step, font_size=8.5)
+        show_region(close_up, view, region)
+
+
+def _draw_key(axes) -> None:
+    lines = [
+        Line2D([], [], color=INK, lw=0.9, ls=(0, (3, 2)), label="begin"),
+        Line2D([], [], color=INK, lw=1.3, label="end"),
+    ]
+    axes.legend(handles=lines, loc="lower right", ncols=1, handlelength=1.8, borderpad=0.0)
+
+
+def _draw_sheet(figure: Figure, view: View, rows: int, columns: int) -> None:
+    for place, step in enumerate(view.recording.steps):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        draw_workspace(axes, view)
+        draw_step(axes, view, step, font_size=6.5)
+        draw_region_names(axes, view, step, font_size=6.5)
+        lines = _joined([f"{step.number + 1}", *actions_words(step.actions)], SHEET_TITLE_WIDTH)
+        axes.set_title("\n".join(lines), fontsize=7.0, loc="left")
+
+
+def _title(recording: Recording, step: StepRecord) -> str:
+    end = step.start + step.duration
+    heading = f"{step_heading(step, recording)}, {step.start:.1f} to {end:.1f} s"
+    if not step.finished:
+        heading += ", not finished"
+    return "\n".join([heading, *_joined(actions_words(step.actions), TITLE_WIDTH)])
+
+
+def _joined(parts: Iterable[str], width: int) -> list[str]:
+    """Parts on as few lines of `width` characters as they need; no part is broken."""
+    lines: list[str] = []
+    for part in parts:
+        if lines and len(lines[-1]) + len(part) + 4 <= width:
+            lines[-1] += f"    {part}"
+        else:
+            lines.append(part)
+    return lines
