@@ -14,7 +14,7 @@ import drake_ltl
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.multibody.postures import pose_error
-from drake_ltl.planning.plan import Action
+from drake_ltl.planning.plan_json import action_to_json
 from drake_ltl.systems.signals import NO_GRASP
 
 
@@ -55,17 +55,6 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         weld_angle=angle,
         lyapunov=lyapunov,
     )
-
-
-def action_dict(action: Action) -> dict:
-    """As in the JSON of a plan."""
-    return {
-        "kind": action.kind,
-        "agents": list(action.agents),
-        "object": action.object,
-        "from": action.start,
-        "to": action.goal,
-    }
 
 
 def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -122,7 +111,7 @@ def _steps(mission: MissionDiagram, time: np.ndarray, step: np.ndarray, num_step
         end = time[after] if finished else time[-1]
         actions = mission.program.steps[mission.program.index(number)].actions
         yield StepRecord(
-            number, tuple(action_dict(action) for action in actions), float(start), float(end - start), bool(finished)
+            number, tuple(action_to_json(action) for action in actions), float(start), float(end - start), bool(finished)
         )
 
 

@@ -1,0 +1,116 @@
+"""`drake-ltl plan FILE`: the least-cost plan of a scenario, as a table and as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, write_json
+from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake, SearchLimitError
+from drake_ltl.planning import Plan, plan
+from drake_ltl.planning.fits import published_fits
+from drake_ltl.planning.geometric_fits import GeometricFits
+from drake_ltl.planning.geometry import Geometry
+from drake_ltl.planning.initial import initial_state
+from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
+from drake_ltl.planning.table import plan_table
+from drake_ltl.scenario import load
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.scenario.starts import check_starts
+
+
+def add_parser(commands: argparse._SubParsersAction) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "plan",
+        help="find the least-cost plan",
+        description="Finds the plan of least cost that satisfies every formula, and proves it least.",
+        epilog="example: drake-ltl plan examples/case_ii.yaml --json plan.json",
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write the plan here")
+    parser.add_argument(
+        "--method",
+        choices=("auto", "explicit", "bounded"),
+        default="auto",
+        help="explicit: enumerate the transition system; auto: choose (default)",
+    )
+    parser.add_argument("--time-limit", type=_seconds, metavar="S", help="give up after S seconds")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plans; 0 if there is a plan, 1 if there is none."""
+    check_writable(args.json)
+    if args.method == "bounded":
+        raise InvalidInputError([Mistake("--method", "'bounded' is not there yet", "take auto or explicit")])
+    scenario = load(args.file)
+    geometry = planning_geometry(scenario)
+    try:
+        with _time_limit(args.time_limit):
+            found = make_plan(scenario, geometry)
+    except InfeasibleError as error:
+        return _no_plan(args, scenario, "infeasible", f"infeasible: {error}")
+    except (SearchLimitError, TimeoutError) as error:
+        return _no_plan(args, scenario, "unknown", f"no plan: {error}")
+    console().print(plan_table(found, scenario))
+    write_json(args.json, plan_to_json(found, scenario))
+    return SUCCESS
+
+
+def make_plan(scenario: Scenario, geometry: Geometry) -> Plan:
+    """The plan of least cost under the scenario's own P_s."""
+    start = initial_state(scenario, check_starts(scenario, geometry))
+    fits = GeometricFits(scenario, geometry) if scenario.fits is None else published_fits(scenario.fits)
+    return plan(scenario, start, fits)
+
+
+def planning_geometry(scenario: Scenario) -> Geometry:
+    """The numbers planning needs; the models are loaded only if the file leaves some of them out."""
+    radii = [member.radius for member in (*scenario.agents, *scenario.objects)]
+    radii += [obj.team_radius for obj in scenario.objects]
+    if scenario.fits is None or None in radii:
+        from drake_ltl.multibody import MeasureGeometry  # loading Drake takes as long as most plans
+
+        return MeasureGeometry(scenario).geometry
+    return Geometry(
+        agent_radius={agent.name: agent.radius for agent in scenario.agents},
+        object_radius={obj.name: obj.radius for obj in scenario.objects},
+        object_height={obj.name: 0.0 for obj in scenario.objects},
+        team_radius={obj.name: obj.team_radius for obj in scenario.objects},
+    )
+
+
+def _no_plan(args: argparse.Namespace, scenario: Scenario, status: str, text: str) -> int:
+    complain(text)
+    write_json(args.json, no_plan_json(scenario, status))
+    return FAILURE
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number of seconds")
+    return value
+
+
+@contextmanager
+def _time_limit(seconds: float | None) -> Iterator[None]:
+    """Raises TimeoutError in the body after so many seconds."""
+
+    def stop(signum: int, frame: object) -> None:
+        raise TimeoutError(f"the time limit of {seconds:g} s is over")
+
+    if seconds is None:
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

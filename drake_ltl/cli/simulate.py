@@ -1,0 +1,122 @@
+"""`drake-ltl simulate FILE`: plan, carry out in Drake's Simulator, judge the recording."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, write_json
+from drake_ltl.errors import InfeasibleError, SearchLimitError
+from drake_ltl.scenario import load
+
+
+def add_parser(commands: argparse._SubParsersAction) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "simulate",
+        help="plan, carry out and verify",
+        description="Plans a scenario, carries the plan out in a multibody simulation and judges the recording: "
+        "exit status 0 only if the specification held and nothing collided.",
+        epilog="example: drake-ltl simulate examples/case_ii.yaml --report out --record out/page.html",
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
+    parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
+    parser.add_argument("--record", type=Path, metavar="OUT.html", help="write a page that replays the run")
+    parser.add_argument("--recording", type=Path, metavar="OUT.npz", help="write the data of the run")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write the verdict")
+    parser.add_argument("--report", type=Path, metavar="DIR", help="write recording, verdict, plan and figures here")
+    parser.add_argument("--graphviz", type=Path, metavar="OUT", help="write the diagram of systems (.dot or .svg)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """0 if the mission was carried out and satisfies everything, else 1."""
+    if args.report is not None:
+        args.report.mkdir(parents=True, exist_ok=True)
+    check_writable(args.json, args.record, args.recording, args.graphviz)
+    scenario = load(args.file)
+
+    # Drake takes a while to load: only now is it sure to be needed.
+    from drake_ltl import mission
+    from drake_ltl.planning.plan_json import plan_to_json
+    from drake_ltl.planning.table import plan_table
+    from drake_ltl.verification import to_json, verdict_table, verify
+
+    models = mission.measure(scenario)
+    out = console()
+    try:
+        planned = mission.plan_and_place(scenario, models)
+    except (InfeasibleError, SearchLimitError) as error:
+        complain(f"infeasible: {error}" if isinstance(error, InfeasibleError) else f"no plan: {error}")
+        write_json(args.json, _no_run_json(str(error)))
+        return FAILURE
+    out.print(plan_table(planned.plan, scenario))
+    rounds = scenario.simulation.suffix_rounds if args.suffix_rounds is None else args.suffix_rounds
+    with _progress() as bar:
+        result = mission.simulate(
+            planned,
+            scenario,
+            models,
+            suffix_rounds=rounds,
+            live=args.meshcat,
+            page=args.record,
+            graphviz=args.graphviz,
+            report=_reporter(bar),
+        )
+    if args.recording is not None:
+        result.recording.save(args.recording)
+    verdict = verify(result.recording)
+    out.print(verdict_table(verdict, scenario))
+    data = to_json(verdict, wall_seconds=result.wall_seconds)
+    write_json(args.json, data)
+    if args.report is not None:
+        from drake_ltl.visualization.figures import write_report_figures
+
+        result.recording.save(args.report / "recording.npz")
+        write_json(args.report / "verdict.json", data)
+        write_json(args.report / "plan.json", plan_to_json(planned.plan, scenario))
+        write_report_figures(result.recording, scenario, args.report)
+    return SUCCESS if verdict.satisfied else FAILURE
+
+
+def _rounds(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= 100_000:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of rounds from 1 to 100000")
+    return value
+
+
+def _no_run_json(reason: str) -> dict[str, Any]:
+    """The contract's keys for a mission that could not begin."""
+    nothing = ("word", "steps", "min_clearance", "max_lyapunov_increase", "max_weld_error")
+    times = ("simulated_seconds", "wall_seconds", "realtime_factor")
+    return {"satisfied": False, "violations": [reason], **dict.fromkeys((*nothing, *times))}
+
+
+def _progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("step {task.completed}/{task.total}"),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[waiting]}"),
+        console=Console(stderr=True),
+        transient=True,
+        disable=not Console(stderr=True).is_terminal,
+    )
+
+
+def _reporter(bar: Progress):
+    task = bar.add_task("simulating", total=None, waiting="")
+
+    def report(progress) -> None:
+        waiting = progress.waiting_for[0] if progress.waiting_for else ""
+        text = f"t = {progress.time:.0f} s: {waiting}"
+        bar.update(task, completed=progress.step, total=progress.num_steps, waiting=text)
+
+    return report
