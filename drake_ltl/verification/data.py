@@ -1,0 +1,79 @@
+"""The samples themselves: finite numbers, evenly spaced in time, as many as the simulation made."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from drake_ltl.execution.recording import Recording
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.violations import Violation
+
+SPACING = 1e-6
+"""Relative difference of time steps that rounding explains."""
+UNIT_LENGTH = 1e-3
+"""A quaternion this far from unit length is none; integration keeps far closer."""
+
+
+def data_violations(recording: Recording, scenario: Scenario) -> Iterator[Violation]:
+    """Numbers that are none, and samples that are missing."""
+    if not len(recording.time):
+        yield Violation("data", (), "the recording holds no samples")
+        return
+    for name, array in _named_arrays(recording).items():
+        bad = _not_finite(array)
+        if bad.any():
+            sample = int(np.argmax(bad))
+            yield Violation("data", (name,), f"{name} is not finite", *_place(recording, sample))
+    for obj in recording.objects:
+        length = np.linalg.norm(recording.pose[obj][:, :4], axis=1)
+        bad = np.abs(length - 1.0) > UNIT_LENGTH
+        if bad.any():
+            sample = int(np.argmax(bad))
+            yield Violation("data", (obj,), f"the quaternion of {obj} is not a unit one", *_place(recording, sample))
+    yield from _time_violations(recording, scenario.simulation.time_step)
+
+
+def finite_part(recording: Recording) -> Recording:
+    """The samples before the first that is not finite: nothing can be said of the rest."""
+    bad = np.any([_not_finite(array) for array in _named_arrays(recording).values()], axis=0)
+    if not bad.any():
+        return recording
+    keep = int(np.argmax(bad))
+    steps = recording.steps[: int(recording.step[keep - 1]) + 1 if keep else 0]
+    arrays = {field: getattr(recording, field)[:keep] for field in _SINGLE}
+    groups = {field: {k: array[:keep] for k, array in getattr(recording, field).items()} for field in _GROUPS}
+    return dataclasses.replace(recording, steps=steps, **arrays, **groups)
+
+
+_SINGLE = ("time", "step", "phase", "mode", "grasp", "weld_gap", "weld_angle", "lyapunov")
+_GROUPS = ("q", "qd", "centre", "pose", "velocity")
+
+
+def _named_arrays(recording: Recording) -> Mapping[str, np.ndarray]:
+    arrays = {field: getattr(recording, field) for field in _SINGLE}
+    for field in _GROUPS:
+        arrays |= {f"{field} of {name}": array for name, array in getattr(recording, field).items()}
+    return arrays
+
+
+def _not_finite(array: np.ndarray) -> np.ndarray:
+    """(T,)"""
+    return ~np.isfinite(array).reshape(len(array), -1).all(axis=1)
+
+
+def _time_violations(recording: Recording, time_step: float) -> Iterator[Violation]:
+    spacing = np.diff(recording.time)
+    bad = ~(np.abs(spacing - time_step) <= SPACING * time_step)
+    if bad.any():
+        sample = int(np.argmax(bad))
+        what = f"samples are not {time_step:g} s apart, as the plant's steps are, but {spacing[sample]:g} s"
+        yield Violation("data", ("time",), what, *_place(recording, sample))
+
+
+def _place(recording: Recording, sample: int) -> tuple[float | None, int | None]:
+    """Time and step of a sample, as far as they are known."""
+    time = float(recording.time[sample])
+    return (time if np.isfinite(time) else None), int(recording.step[sample])

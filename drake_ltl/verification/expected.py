@@ -1,0 +1,88 @@
+"""Where everything should be: the start, changed by the recorded actions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from drake_ltl.verification.spans import Span
+from drake_ltl.verification.violations import Violation
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Regions and grasps between two steps; a region is None after a start outside every region."""
+
+    agents: Mapping[str, str | None]
+    objects: Mapping[str, str | None]
+    grasps: Mapping[str, str | None]
+
+    def region(self, member: str) -> str | None:
+        """Of an agent or an object."""
+        return self.agents[member] if member in self.agents else self.objects[member]
+
+    def holders(self, obj: str) -> frozenset[str]:
+        """Agents that grasp the object."""
+        return frozenset(agent for agent, held in self.grasps.items() if held == obj)
+
+
+def expectations(start: Expected, spans: Sequence[Span]) -> list[Expected]:
+    """Before each span and after the last one (K + 1)."""
+    expected = [start]
+    for span in spans:
+        expected.append(_after(expected[-1], span.actions))
+    return expected
+
+
+def action_violations(
+    expected: Sequence[Expected], spans: Sequence[Span], time: Sequence[float]
+) -> Iterator[Violation]:
+    """Actions that could not begin as things stood (the premises of Defs. 1 to 4)."""
+    for before, span in zip(expected, spans, strict=False):
+        for action in span.actions:
+            for who, fault in _faults(before, action):
+                yield Violation("action", who, fault, float(time[span.first]), span.number)
+        for who, fault in _clashes(span.actions):
+            yield Violation("action", who, fault, float(time[span.first]), span.number)
+
+
+def _after(before: Expected, actions: Iterable[dict]) -> Expected:
+    agents, objects, grasps = dict(before.agents), dict(before.objects), dict(before.grasps)
+    for action in actions:
+        obj = action["object"]
+        for agent in action["agents"]:
+            agents[agent] = action["to"]
+            if action["kind"] in ("grasp", "release"):
+                grasps[agent] = obj if action["kind"] == "grasp" else None
+        if action["kind"] == "transport":
+            objects[obj] = action["to"]
+    return Expected(agents, objects, grasps)
+
+
+def _faults(before: Expected, action: dict) -> Iterator[tuple[tuple[str, ...], str]]:
+    kind, obj, start = action["kind"], action["object"], action["from"]
+    for member in (*action["agents"], *([] if obj is None else [obj])):
+        if before.region(member) not in (start, None):
+            yield (member,), f"{kind} of {member} begins in {start}, where it is not"
+    needed = obj if kind in ("release", "transport") else None
+    for agent in action["agents"]:
+        if before.grasps[agent] != needed:
+            yield (agent,), f"{kind} by {agent}, which {_grasping(before.grasps[agent])}"
+    if kind == "transport" and before.holders(obj) != set(action["agents"]):
+        yield (obj,), f"{obj} is carried by others than those that grasp it"
+    if kind in ("grasp", "release") and action["to"] != start:
+        yield tuple(action["agents"]), f"{kind} that begins in {start} and ends in {action['to']}"
+
+
+def _clashes(actions: Sequence[dict]) -> Iterator[tuple[tuple[str, ...], str]]:
+    agents = [agent for action in actions for agent in action["agents"]]
+    for agent in sorted({agent for agent in agents if agents.count(agent) > 1}):
+        yield (agent,), f"{agent} takes part in two actions of one step"
+    moved = [action["object"] for action in actions if action["kind"] == "transport"]
+    handled = [action["object"] for action in actions]
+    for obj in sorted({obj for obj in moved if handled.count(obj) > 1}):
+        yield (obj,), f"{obj} is carried while something else is done to it"
+
+
+def _grasping(obj: str | None) -> str:
+    return "grasps nothing" if obj is None else f"grasps {obj}"

@@ -1,0 +1,122 @@
+"""From a recording to its verdict: all checks, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from drake_ltl.execution.recording import Recording
+from drake_ltl.scenario import Scenario, loads
+from drake_ltl.verification.clearances import (
+    KINDS,
+    clearance_violations,
+    least_of_each_kind,
+    step_clearances,
+)
+from drake_ltl.verification.data import data_violations, finite_part
+from drake_ltl.verification.expected import Expected, action_violations, expectations
+from drake_ltl.verification.grasps import grasp_violations, largest_weld_error, weld_violations
+from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
+from drake_ltl.verification.objects import object_violations
+from drake_ltl.verification.regions import region_at, region_violations, start_violations
+from drake_ltl.verification.rest import rest_violations
+from drake_ltl.verification.roles import Roles, step_roles
+from drake_ltl.verification.soundness import check_sound
+from drake_ltl.verification.spans import Span, step_spans
+from drake_ltl.verification.verdict import Verdict
+from drake_ltl.verification.violations import Violation, merged
+from drake_ltl.verification.word import readings, word_violations
+
+
+def verify(recording: Recording, scenario: Scenario | None = None) -> Verdict:
+    """Judges a run by its recording alone.
+
+    Every premise and every clause of Defs. 1 to 4 (regions, clearances, regions that are to be kept away from,
+    grasps), V that does not increase, rest at the ends of steps, and the temporal logic formulas on the word that
+    the poses spell. A run that ends early is judged as far as it goes, and violated.
+
+    Args:
+        scenario: what the run should do; by default what the recording's own text says.
+
+    Raises:
+        InvalidInputError: it is no recording of its scenario, or contradicts itself.
+        MissingDependencyError: Spot is not installed.
+    """
+    scenario = loads(recording.scenario, source_name="the recording's scenario") if scenario is None else scenario
+    check_sound(recording, scenario)
+    violations = [*data_violations(recording, scenario)]
+    if not recording.completed:
+        violations.append(_stopped(recording))
+    whole, recording = recording, finite_part(recording)
+    if not len(recording.time):
+        return Verdict(False, tuple(violations), (), whole.steps, dict.fromkeys(KINDS), 0.0, 0.0, 0.0, 0.0)
+    run = _run(recording, scenario)
+    clearances = [c for span, roles in run.pairs for c in step_clearances(recording, scenario, span, roles)]
+    rises = lyapunov_rises(recording)
+    states = readings(recording, scenario, run.spans)
+    violations += clearance_violations(clearances)
+    violations += _conduct_violations(recording, scenario, run)
+    violations += lyapunov_violations(recording, run.spans, run.roles, rises)
+    violations += word_violations(recording, scenario, states)
+    return Verdict(
+        satisfied=not violations,
+        violations=merged(violations),
+        word=tuple(tuple(sorted(state.letter)) for state in states),
+        steps=whole.steps,
+        min_clearance=least_of_each_kind(clearances),
+        max_lyapunov_increase=float(rises.max()),
+        max_weld_error=largest_weld_error(recording, recording.weld_gap),
+        max_weld_angle=largest_weld_error(recording, recording.weld_angle),
+        simulated_seconds=float(recording.time[-1] - recording.time[0]),
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What should happen, step by step."""
+
+    spans: tuple[Span, ...]
+    roles: tuple[Roles, ...]
+    expected: tuple[Expected, ...]
+    """Before each span and after the last."""
+
+    @property
+    def pairs(self) -> Iterator[tuple[Span, Roles]]:
+        return zip(self.spans, self.roles, strict=True)
+
+
+def _run(recording: Recording, scenario: Scenario) -> _Run:
+    """Regions of the start are read off the poses; nobody grasps anything yet (a scenario cannot say otherwise)."""
+    spans = step_spans(recording)
+    start = Expected(
+        agents={agent: region_at(recording, scenario, agent, 0) for agent in recording.agents},
+        objects={obj: region_at(recording, scenario, obj, 0) for obj in recording.objects},
+        grasps=dict.fromkeys(recording.agents),
+    )
+    expected = expectations(start, spans)
+    roles = [step_roles(before, span) for before, span in zip(expected, spans, strict=False)]
+    return _Run(spans, tuple(roles), tuple(expected))
+
+
+def _conduct_violations(recording: Recording, scenario: Scenario, run: _Run) -> Iterator[Violation]:
+    """Everybody where they should be, welded to what they should hold, at rest when a step ends."""
+    yield from start_violations(recording, run.expected[0])
+    yield from action_violations(run.expected, run.spans, recording.time)
+    for index, (span, roles) in enumerate(run.pairs):
+        before, after = run.expected[index], run.expected[index + 1]
+        yield from region_violations(recording, scenario, span, roles, before, after)
+        yield from grasp_violations(recording, span, roles, before, after)
+        yield from weld_violations(recording, span, scenario.tolerances)
+        yield from rest_violations(recording, span, scenario.tolerances)
+    yield from object_violations(recording, run.spans, run.roles, scenario.tolerances)
+
+
+def _stopped(recording: Recording) -> Violation:
+    number = recording.steps[-1].number if recording.steps else None
+    return Violation(
+        "run", (), f"the run ended early: {recording.reason or 'no reason is recorded'}", _end(recording), number
+    )
+
+
+def _end(recording: Recording) -> float | None:
+    return float(recording.time[-1]) if len(recording.time) else None

@@ -1,0 +1,51 @@
+"""V must not increase: the proof of convergence, seen on the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from drake_ltl.execution.recording import Recording
+from drake_ltl.verification.roles import Roles
+from drake_ltl.verification.spans import Span
+from drake_ltl.verification.violations import Violation, where_bad
+
+RISE = 1e-6
+"""Rise of V that counts as none, relative to V at the begin of its interval: what rounding explains."""
+
+
+def lyapunov_rises(recording: Recording) -> np.ndarray:
+    """(T,) how far V is above its lowest value so far, relative to V at the begin of its (step, phase).
+
+    V is one function within each (step, phase), in which the movers and their goals stay the same. A slow rise
+    over many samples counts in full; from V = 0 any rise is infinite.
+    """
+    rises = np.zeros(len(recording.time))
+    for interval in _intervals(recording):
+        V = recording.lyapunov[interval]
+        above = V - np.minimum.accumulate(V)
+        rises[interval] = above / V[0] if V[0] > 0.0 else np.where(above > 0.0, np.inf, 0.0)
+    return rises
+
+
+def lyapunov_violations(
+    recording: Recording, spans: Sequence[Span], roles: Sequence[Roles], rises: np.ndarray
+) -> Iterator[Violation]:
+    """Steps in which V rises, or in which something moves without a V that could fall."""
+    for span, step in zip(spans, roles, strict=True):
+        time = recording.time[span.own]
+        violation = Violation("lyapunov", (), "V rises, relative to its start", step=span.number)
+        yield from where_bad(violation, rises[span.own] > RISE, rises[span.own], time)
+        if step.movers and not recording.lyapunov[span.first] > 0.0:
+            names = tuple(str(mover) for mover in step.movers)
+            what = f"{', '.join(names)} should move, but V is not positive"
+            yield Violation("lyapunov", names, what, float(time[0]), span.number)
+
+
+def _intervals(recording: Recording) -> Iterator[slice]:
+    changes = (np.diff(recording.step) != 0) | (np.diff(recording.phase) != 0)
+    bounds = [0, *(np.flatnonzero(changes) + 1).tolist(), len(recording.time)]
+    for first, after in pairwise(bounds):
+        yield slice(first, after)

@@ -1,0 +1,48 @@
+"""Objects stay where they are put: nothing moves or turns them but those that carry them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from drake_ltl.execution.recording import Recording
+from drake_ltl.scenario.model import Tolerances
+from drake_ltl.verification.roles import Roles
+from drake_ltl.verification.spans import Span
+from drake_ltl.verification.violations import Violation, where_bad
+
+DRIFT = 2e-3
+"""Way of an object that is not carried [m]: what welds made at 1 mm pull it, and contact lets it creep."""
+STOPPING_TIME = 0.25
+"""What is still moving, at the tolerated speed, when its transport ends, stops within this time [s]."""
+TURN = np.deg2rad(1.0)
+"""Turn of an object that is not carried [rad]."""
+
+
+def object_violations(
+    recording: Recording, spans: Sequence[Span], roles: Sequence[Roles], tolerances: Tolerances
+) -> Iterator[Violation]:
+    """Judged against the pose in which the object was last put down, so that creeping adds up."""
+    limit = DRIFT + STOPPING_TIME * tolerances.speed
+    for obj in recording.objects:
+        put = 0
+        for span, step in zip(spans, roles, strict=True):
+            if obj in step.carried:
+                put = span.end
+                continue
+            time, pose = recording.time[span.samples], recording.pose[obj][span.samples]
+            way = np.linalg.norm(pose[:, 4:] - recording.pose[obj][put, 4:], axis=1)
+            what = f"{obj} moves by more than {1e3 * limit:.3g} mm though nobody carries it"
+            yield from where_bad(Violation("object", (obj,), what, step=span.number, unit="m"), way > limit, way, time)
+            turn = _angle(pose[:, :4], recording.pose[obj][put, :4])
+            what = f"{obj} turns by more than {np.rad2deg(TURN):.3g} degrees though nobody carries it"
+            yield from where_bad(
+                Violation("object", (obj,), what, step=span.number, unit="rad"), turn > TURN, turn, time
+            )
+
+
+def _angle(quaternions: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(n,) [rad] between each orientation (n, 4) and the reference (4,)."""
+    cosine = np.abs(quaternions @ reference) / (np.linalg.norm(quaternions, axis=1) * np.linalg.norm(reference))
+    return 2.0 * np.arccos(np.clip(cosine, 0.0, 1.0))

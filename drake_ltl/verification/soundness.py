@@ -1,0 +1,109 @@
+"""Whether a recording is one at all: of this scenario, complete, and in agreement with itself.
+
+What fails here cannot be judged; it is bad input, not a violation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
+from drake_ltl.scenario.model import Scenario
+
+ACTION_KINDS = ("travel", "grasp", "release", "transport")
+_REMEDY = "make a new recording with `simulate`"
+
+
+def check_sound(recording: Recording, scenario: Scenario) -> None:
+    """Raises InvalidInputError with everything that makes the recording unusable."""
+    mistakes = [*_names(recording, scenario)]
+    mistakes = mistakes or [
+        *_radii(recording, scenario),
+        *_shapes(recording),
+        *(mistake for step in recording.steps for mistake in _actions(step, scenario)),
+    ]
+    mistakes = mistakes or [*_indices(recording)]
+    if mistakes:
+        raise InvalidInputError(mistakes)
+
+
+def _names(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
+    for where, names, known in (
+        ("agents", recording.agents, scenario.agent_names),
+        ("objects", recording.objects, scenario.object_names),
+    ):
+        if names != known:
+            remedy = f"its scenario has {', '.join(known)}"
+            yield Mistake(f"recording.{where}", f"are {', '.join(map(str, names))}", remedy)
+
+
+def _radii(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
+    """Every radius is there, and the scenario's where it states one."""
+    stated = {
+        "agent_radius": {agent.name: agent.radius for agent in scenario.agents},
+        "object_radius": {obj.name: obj.radius for obj in scenario.objects},
+        "team_radius": {obj.name: obj.team_radius for obj in scenario.objects},
+    }
+    for field, radii in stated.items():
+        recorded: Mapping[str, float] = getattr(recording, field)
+        for name, known in radii.items():
+            radius = recorded.get(name)
+            if not isinstance(radius, (int, float)) or not 0.0 < radius < np.inf:
+                yield Mistake(f"recording.{field}.{name}", f"{radius!r} is not a radius", _REMEDY)
+            elif known is not None and not np.isclose(radius, known, rtol=1e-9, atol=0.0):
+                yield Mistake(f"recording.{field}.{name}", f"is {radius!r}", f"its scenario says {known!r}")
+
+
+def _shapes(recording: Recording) -> Iterator[Mistake]:
+    samples, num_agents = len(recording.time), len(recording.agents)
+    shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {
+        field: (getattr(recording, field), (samples,)) for field in ("time", "step", "phase", "lyapunov")
+    }
+    for field in ("mode", "grasp", "weld_gap", "weld_angle"):
+        shapes[field] = (getattr(recording, field), (samples, num_agents))
+    for name in recording.agents:
+        shapes[f"centre.{name}"] = (recording.centre[name], (samples, 3))
+        shapes[f"qd.{name}"] = (recording.qd[name], np.shape(recording.q[name]))
+        shapes[f"q.{name}"] = (recording.q[name], (samples, *np.shape(recording.q[name])[1:2]))
+    for name in recording.objects:
+        shapes[f"pose.{name}"] = (recording.pose[name], (samples, 7))
+        shapes[f"velocity.{name}"] = (recording.velocity[name], (samples, 6))
+    for where, (array, shape) in shapes.items():
+        if array.shape != shape:
+            yield Mistake(f"recording.{where}", f"has shape {array.shape}, not {shape}", _REMEDY)
+    if recording.prefix_length < 0 or recording.suffix_length < 1:
+        what = f"prefix of {recording.prefix_length} and suffix of {recording.suffix_length} states"
+        yield Mistake("recording", what, "a run repeats at least one state")
+
+
+def _actions(step: StepRecord, scenario: Scenario) -> Iterator[Mistake]:
+    where = f"recording.steps.{step.number}"
+    for action in step.actions:
+        if set(action) != {"kind", "agents", "object", "from", "to"} or action["kind"] not in ACTION_KINDS:
+            yield Mistake(where, f"{action!r} is no action", f"kinds are {', '.join(ACTION_KINDS)}")
+            continue
+        known = scenario.agent_names + scenario.object_names + scenario.region_names
+        unknown = [name for name in (*action["agents"], action["from"], action["to"]) if name not in known]
+        if unknown or not action["agents"]:
+            yield Mistake(where, f"{action!r} names {unknown or 'no agent'}", "use the names of its scenario")
+        if (action["object"] is None) != (action["kind"] == "travel"):
+            yield Mistake(where, f"{action!r} is incomplete", "all actions but a travel have an object")
+        elif action["object"] is not None and action["object"] not in scenario.object_names:
+            yield Mistake(where, f"{action!r} names no object", "use the names of its scenario")
+
+
+def _indices(recording: Recording) -> Iterator[Mistake]:
+    """Steps are numbered from 0 and the samples agree with them."""
+    numbers = [step.number for step in recording.steps]
+    if numbers != list(range(len(numbers))):
+        yield Mistake("recording.steps", f"are numbered {numbers}", _REMEDY)
+    step, grasp = recording.step, recording.grasp
+    if not len(step):
+        return
+    if np.any(np.diff(step) < 0) or step[0] < 0 or step[-1] > len(numbers) or step[-1] < len(numbers) - 1:
+        yield Mistake("recording.step", f"does not count the {len(numbers)} recorded steps", _REMEDY)
+    if grasp.min() < NOTHING or grasp.max() >= len(recording.objects):
+        yield Mistake("recording.grasp", "names objects that do not exist", _REMEDY)

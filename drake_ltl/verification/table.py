@@ -1,0 +1,85 @@
+"""A verdict for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.lyapunov import RISE
+from drake_ltl.verification.verdict import Verdict
+from drake_ltl.verification.violations import quantity
+
+_CLEARANCE_NAMES = {
+    "agent_agent": "agent to agent",
+    "agent_object": "agent to object",
+    "object_object": "object to object",
+    "team_other": "carrying team to others",
+    "forbidden_region": "to regions on no way",
+    "workspace": "to the workspace's border",
+}
+_HARD_SPACE = "\N{NO-BREAK SPACE}"  # lines break between actions and letters, not within
+
+
+def verdict_table(verdict: Verdict, scenario: Scenario) -> RenderableType:
+    """Headline, violations, the steps with their letters and durations, and the measured numbers."""
+    word = "SATISFIED" if verdict.satisfied else "VIOLATED"
+    head = Text.assemble((word, "bold green" if verdict.satisfied else "bold red"), f"  {scenario.name}")
+    faults = [Padding(Text(str(violation), style="red"), (0, 0, 0, 2)) for violation in verdict.violations]
+    return Group(head, *faults, _steps(verdict, scenario), _numbers(verdict))
+
+
+def _steps(verdict: Verdict, scenario: Scenario) -> Table:
+    """The letter of each row is the one at the end of its step: the regions in which everybody then is."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("step", justify="right", no_wrap=True)
+    table.add_column("actions", overflow="fold", ratio=3)
+    table.add_column("letter", overflow="fold", ratio=2)
+    table.add_column("seconds", justify="right", no_wrap=True)
+    letters = [" ".join(letter) or "\N{EN DASH}" for letter in verdict.word]
+    if letters:
+        table.add_row("", "start", letters[0], "")
+    for index, step in enumerate(verdict.steps, start=1):
+        texts = [action_text(action).replace(" ", _HARD_SPACE) for action in step.actions]
+        letter = letters[index] if index < len(letters) else ""
+        table.add_row(str(index), "; ".join(texts) or "\N{EN DASH}", letter, f"{step.duration:.1f}")
+    return table
+
+
+def _numbers(verdict: Verdict) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("measured", no_wrap=True)
+    table.add_column("worst", justify="right", no_wrap=True)
+    table.add_column("demanded", no_wrap=True)
+    for row in _rows(verdict):
+        table.add_row(*row)
+    return table
+
+
+def _rows(verdict: Verdict) -> Iterator[tuple[str, str, str]]:
+    for kind, name in _CLEARANCE_NAMES.items():
+        value = verdict.min_clearance[kind]
+        if value is not None:
+            yield f"clearance {name}", quantity(value, "m"), "> 0"
+    yield "rise of V, relative to its start", f"{verdict.max_lyapunov_increase:.3g}", f"<= {RISE:g}"
+    yield "gap of a weld", quantity(verdict.max_weld_error, "m"), ""
+    yield "turn of a weld", f"{np.rad2deg(verdict.max_weld_angle):.3g} degrees", ""
+    yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
+
+
+def action_text(action: Mapping[str, Any]) -> str:
+    """One action, such as `a1: pi1 → pi2`, `a2 grasps o2` or `{a2, a3} carry o2: pi1 → pi3`."""
+    agents, way = action["agents"], f"{action['from']} \N{RIGHTWARDS ARROW} {action['to']}"
+    if action["kind"] == "travel":
+        return f"{', '.join(agents)}: {way}"
+    if action["kind"] == "transport":
+        who = f"{agents[0]} carries" if len(agents) == 1 else f"{{{', '.join(agents)}}} carry"
+        return f"{who} {action['object']}: {way}"
+    return f"{', '.join(agents)} {action['kind']}s {action['object']}"

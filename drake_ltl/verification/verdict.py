@@ -1,0 +1,62 @@
+"""The judgement of a run as data, and as JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from drake_ltl.execution.recording import StepRecord
+from drake_ltl.verification.violations import Violation
+
+JSON_CLEARANCES = ("agent_agent", "agent_object", "team_other", "forbidden_region")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a run did what its scenario demands, and the numbers that show how well."""
+
+    satisfied: bool
+    violations: tuple[Violation, ...]
+    """In order of time; empty iff satisfied."""
+    word: tuple[tuple[str, ...], ...]
+    """One letter for the start and one for each finished step: `member.proposition`, sorted."""
+    steps: tuple[StepRecord, ...]
+    min_clearance: Mapping[str, float | None]
+    """Least clearance of each of `clearances.KINDS` [m]; None where the run has no such pair."""
+    max_lyapunov_increase: float
+    """Largest rise of V above its lowest value so far, relative to V at the begin of its (step, phase)."""
+    max_weld_error: float
+    """Largest gap of a weld [m]."""
+    max_weld_angle: float
+    """[rad]"""
+    simulated_seconds: float
+
+
+def to_json(verdict: Verdict, wall_seconds: float | None = None) -> dict[str, Any]:
+    """What `simulate --json` writes. Numbers that are not known or not finite are null.
+
+    Args:
+        wall_seconds: how long the run took by the wall's clock, which no recording knows.
+    """
+    faster = verdict.simulated_seconds / wall_seconds if wall_seconds else None
+    return {
+        "satisfied": verdict.satisfied,
+        "violations": [str(violation) for violation in verdict.violations],
+        "word": [list(letter) for letter in verdict.word],
+        "steps": [
+            {"actions": [dict(action) for action in step.actions], "start": step.start, "duration": step.duration}
+            for step in verdict.steps
+        ],
+        "min_clearance": {kind: _finite(verdict.min_clearance[kind]) for kind in JSON_CLEARANCES},
+        "max_lyapunov_increase": _finite(verdict.max_lyapunov_increase),
+        "max_weld_error": _finite(verdict.max_weld_error),
+        "simulated_seconds": _finite(verdict.simulated_seconds),
+        "wall_seconds": _finite(wall_seconds),
+        "realtime_factor": _finite(faster),
+    }
+
+
+def _finite(number: float | None) -> float | None:
+    return None if number is None or not math.isfinite(number) else float(number)
