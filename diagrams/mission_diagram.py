@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, PortSwitch, VectorLogSink
 
-from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.mission import Layout, Mission
@@ -110,7 +110,9 @@ def _add_transport(
 ) -> TransportController:
     settings = scenario.controller
     damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
-    controller = builder.AddSystem(TransportController(models.objects[name], models.agents, damping))
+    controller = builder.AddSystem(
+        TransportController(models.objects[name], models.agents, damping, settings.speed_limit)
+    )
     plant = transport_plant.plant
     builder.Connect(
         plant.get_state_output_port(transport_plant.objects[name]), controller.get_object_state_input_port()
@@ -140,7 +142,7 @@ def _add_agent(
 
     hold = builder.AddSystem(HoldController(model))
     builder.Connect(supervisor.get_hold_output_port(agent), hold.get_hold_input_port())
-    transition = builder.AddSystem(TransitionController(model, damping))
+    transition = builder.AddSystem(TransitionController(model, damping, settings.speed_limit))
     builder.Connect(field.get_gradient_output_port(agent), transition.get_gradient_input_port())
     reach = builder.AddSystem(ReachController(model))
     builder.Connect(supervisor.get_reach_output_port(agent), reach.get_reach_input_port())

@@ -46,6 +46,19 @@ def load_shares(power: Sequence[float]) -> np.ndarray:
     return shares / shares.sum()
 
 
+def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarray:
+    """The diagonal of K, growing with the square of the speed beyond `limit` [m/s], at most MAX_GROWTH times.
+
+    Leaving a narrow place under a navigation function is fast; K may depend on the state as long as it is positive
+    definite, V falls all the more.
+    """
+    return damping * min(max(1.0, (speed / limit) ** 2), MAX_GROWTH)
+
+
+MAX_GROWTH = 8.0
+"""K dt / m stays below about one half for the lightest mover at a time step of 5 ms: no chatter."""
+
+
 def transition_torque(gravity: np.ndarray, gradient: np.ndarray, damping: np.ndarray, qd: np.ndarray) -> np.ndarray:
     """(10a): tau_z = g_q(q) - grad_q psi - K_z qd, all (n,)."""
     return gravity - gradient - damping * qd

@@ -60,9 +60,10 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
 def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """One row per instant: of several samples at one time the last counts (welds are switched in between)."""
     logs = {name: sink.FindLog(root_context) for name, sink in mission.logs.items()}
-    time = logs["state"].sample_times()
-    keep = np.append(np.diff(time) > 0.0, True) if len(time) else np.zeros(0, dtype=bool)
-    state, status, lyapunov = (logs[name].data().T[keep] for name in ("state", "status", "lyapunov"))
+    whole = min(log.num_samples() for log in logs.values())  # a run that fails may leave one log ahead of another
+    time = logs["state"].sample_times()[:whole]
+    keep = np.append(np.diff(time) > 0.0, True) if whole else np.zeros(0, dtype=bool)
+    state, status, lyapunov = (logs[name].data().T[:whole][keep] for name in ("state", "status", "lyapunov"))
     return time[keep], state, status, lyapunov[:, 0]
 
 
@@ -111,7 +112,11 @@ def _steps(mission: MissionDiagram, time: np.ndarray, step: np.ndarray, num_step
         end = time[after] if finished else time[-1]
         actions = mission.program.steps[mission.program.index(number)].actions
         yield StepRecord(
-            number, tuple(action_to_json(action) for action in actions), float(start), float(end - start), bool(finished)
+            number,
+            tuple(action_to_json(action) for action in actions),
+            float(start),
+            float(end - start),
+            bool(finished),
         )
 
 

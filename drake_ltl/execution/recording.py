@@ -75,7 +75,7 @@ class Recording:
     step: np.ndarray
     """(T,) number of the step being carried out; len(steps) once all are done."""
     phase: np.ndarray
-    """(T,) 0 navigating, 1 late grasps, 2 done: V is one function for each (step, phase)."""
+    """(T,) counts from 0 within each step: V is one function for each (step, phase)."""
     mode: np.ndarray
     """(T, N) what each agent does: 0 hold, 1 travel, 2 reach, 3 + j carries object j."""
     grasp: np.ndarray

@@ -11,6 +11,8 @@ from drake_ltl.multibody.collision_balls import body_balls, moved
 from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel
 from drake_ltl.scenario.model import Agent
 
+ARM_WEIGHT = 0.25
+"""Of a joint's error in gamma [m^2/rad^2]: the arm's inertia is small, a stiffer goal would need shorter time steps."""
 NUM_BASE_JOINTS = 2
 """An agent's first two joints move its base along the world's x and y."""
 
@@ -52,8 +54,8 @@ class AgentModel:
 
     @property
     def gamma_weights(self) -> np.ndarray:
-        """Diagonal (n,) of the weight in gamma_z: 1 for the base [-], 1 m^2/rad^2 for the arm's joints."""
-        return np.ones(self.n)
+        """Diagonal (n,) of the weight in gamma_z: 1 for the base [-], ARM_WEIGHT for the arm's joints [m^2/rad^2]."""
+        return np.concatenate([np.ones(NUM_BASE_JOINTS), np.full(self.n - NUM_BASE_JOINTS, ARM_WEIGHT)])
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """g_q(q) (n,) [N, N m] of (1a), the torque that balances gravity."""

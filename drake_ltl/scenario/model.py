@@ -65,24 +65,26 @@ class PublishedFits:
 class ControllerSettings:
     """Gains of the control laws (10a), (10b), the hold and the reach controllers."""
 
-    kappa: float = 40.0
-    """Exponent of the navigation function; must grow with the number of relations."""
+    kappa: float | None = None
+    """Exponent of the navigation function; None lets it grow with the number of relations, as it must."""
     lambda_: float = 0.0
     """Weight of the relation verification functions (key `lambda` in a file)."""
     h: float = 1.0
     """Root of the complement's product in the relation verification functions."""
-    force: float = 20.0
+    force: float = 40.0
     """k, far-field force of the navigation potential [N]."""
     delta: float = 0.5
     """Distance within which the potential turns quadratic [m]; k / delta is the stiffness at the goal."""
-    base_damping: float = 12.0
+    base_damping: float = 18.0
     """K_z of the base's joints [N s/m]."""
     arm_damping: float = 3.0
     """K_z of the arm's joints [N m s/rad]."""
-    team_damping: float = 12.0
+    team_damping: float = 24.0
     """Damping of the carried object's velocity [N s/m]."""
     team_rotation_damping: float = 4.0
     """Damping of the carried object's angular velocity [N m s/rad]."""
+    speed_limit: float = 2.0
+    """Damping grows with the square of the speed beyond this [m/s]."""
     period: float = 0.02
     """The supervisor looks for what has arrived this often [s]."""
 

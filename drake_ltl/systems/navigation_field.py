@@ -16,8 +16,8 @@ from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.program import MissionProgram
-from drake_ltl.systems.signals import Phase, reach_ends
-from drake_ltl.systems.step_field import StepField, step_field
+from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, reach_ends, unpack_step
+from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField, moving_tasks
 
 ROTATION_WEIGHT = 1.0
 """Weight of a carried object's orientation error in gamma [m^2/rad^2]: the paper's gamma_T has none, which leaves
@@ -58,7 +58,7 @@ class NavigationField(LeafSystem):
         - gradient_<object>
         - lyapunov
 
-    `step` is (index into the program, phase, count); `anchor` stacks every agent's configuration and every object's
+    `step` is packed by `signals.pack_step`; `anchor` stacks every agent's configuration and every object's
     origin as they were when the phase began: what does not move stands there for phi, so that nothing but the movers
     changes V. `gradient_<agent>` is k dPhi/dq (n_i,), `gradient_<object>` k dPhi/dx (6,) (rotational;
     translational), zero for what does not move; `lyapunov` is V [J].
@@ -68,8 +68,9 @@ class NavigationField(LeafSystem):
         super().__init__()
         self.set_name("navigation_field")
         self._program, self._scenario, self._models = program, scenario, models
+        self._builder = FieldBuilder(scenario, models)
         self._sizes = {name: model.n for name, model in models.agents.items()}
-        self._step = self.DeclareVectorInputPort("step", 3)
+        self._step = self.DeclareVectorInputPort("step", STEP_SIGNAL_SIZE)
         self._anchor = self.DeclareVectorInputPort("anchor", sum(self._sizes.values()) + 3 * len(models.objects))
         self._reach = {name: self.DeclareVectorInputPort(f"reach_{name}", 2 + 2 * n) for name, n in self._sizes.items()}
         self._state = {name: self.DeclareVectorInputPort(f"state_{name}", 2 * n) for name, n in self._sizes.items()}
@@ -135,30 +136,33 @@ class NavigationField(LeafSystem):
         value.set_value(REST if field is None else self._evaluate(context, field))
 
     def _field(self, context: Context) -> StepField | None:
-        """phi of this step. It is a pure function of the inputs named here, kept for as long as these stay."""
+        """phi of this interval: a pure function of the inputs named here, kept for as long as these stay."""
         step = self._step.Eval(context)
-        if int(step[1]) != Phase.NAVIGATE:
-            return None
         anchor = self._anchor.Eval(context)
         key = step.tobytes() + anchor.tobytes()
         if self._latest_field[0] != key:
-            self._latest_field = (key, self._build(context, int(step[0]), anchor))
+            self._latest_field = (key, self._build(context, step, anchor))
         return self._latest_field[1]
 
-    def _build(self, context: Context, index: int, anchor: np.ndarray) -> StepField | None:
-        program = self._program.steps[index]
+    def _build(self, context: Context, signal: np.ndarray, anchor: np.ndarray) -> StepField | None:
+        index, phase, leg = unpack_step(signal)
+        step = self._program.steps[index]
+        if phase is not Phase.NAVIGATE or not (step.travels or step.transports):
+            return None
+        reaching = [task.weld.agent for task in (*step.grasps, *step.releases)]
+        reaches = {name: reach_ends(self._reach[name].Eval(context)) for name in reaching}
+        return self._builder.field(*moving_tasks(step, leg, self._models), self._snapshot(anchor), reaches)
+
+    def _snapshot(self, anchor: np.ndarray) -> Snapshot:
         q, p_WO, start = {}, {}, 0
         for name, n in self._sizes.items():
             q[name], start = anchor[start : start + n], start + n
         for name in self._models.objects:
             p_WO[name], start = anchor[start : start + 3], start + 3
-        reaching = [task.weld.agent for task in (*program.grasps, *program.releases)]
-        reaches = {name: reach_ends(self._reach[name].Eval(context)) for name in reaching}
-        models = self._models
-        return step_field(program, self._scenario, models.geometry, models.agents, q, p_WO, reaches)
+        return Snapshot(q, p_WO)
 
     def _evaluate(self, context: Context, field: StepField) -> FieldValue:
-        travels, transports = field.program.travels, field.program.transports
+        travels, transports = field.travels, field.transports
         states = {task.agent: self._state[task.agent].Eval(context) for task in travels}
         poses = {task.object: self._state[task.object].Eval(context) for task in transports}
         p = np.empty((len(travels) + len(transports), 3))
@@ -200,13 +204,13 @@ class NavigationField(LeafSystem):
 
     def _kinetic_energy(self, context: Context, field: StepField) -> float:
         """Of all that moves under phi: travellers, carried objects and the agents that carry them [J]."""
-        moving = [task.agent for task in field.program.travels]
-        moving += [name for task in field.program.transports for name in task.team]
+        moving = [task.agent for task in field.travels]
+        moving += [name for task in field.transports for name in task.team]
         energy = 0.0
         for name in moving:
             x, n = self._state[name].Eval(context), self._sizes[name]
             energy += self._models.agents[name].kinetic_energy(x[:n], x[n:])
-        for task in field.program.transports:
+        for task in field.transports:
             energy += _object_energy(self._models.objects[task.object], self._state[task.object].Eval(context))
         return energy
 

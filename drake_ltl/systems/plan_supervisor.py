@@ -21,8 +21,11 @@ from pydrake.systems.framework import (
 )
 
 from drake_ltl.multibody.measure import MeasuredModels
-from drake_ltl.systems.signals import Phase
+from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, pack_step
 from drake_ltl.systems.supervision import AgentSignals, Measurement, Progress, Supervision
+
+MOST_WAY_POINTS = 64
+"""Of a detour; a longer one is cut there, and sought anew from where it ends."""
 
 
 class PlanSupervisor(LeafSystem):
@@ -44,9 +47,9 @@ class PlanSupervisor(LeafSystem):
         - status
 
     `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`
-    and `shares_` are what the controllers of these names take; `step` is (index into the program, phase, count);
+    and `shares_` are what the controllers of these names take; `step` is packed by `signals.pack_step`;
     `anchor` all configurations and all objects' origins at the begin of the phase; `status` (2 + 2 N) is (count,
-    phase, modes, commanded welds), for a log.
+    interval, modes, commanded welds), for a log.
 
     Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
     newer than the applied ones, a per-step event ends AdvanceTo with this system's status. Apply `commanded_grasps`
@@ -64,7 +67,9 @@ class PlanSupervisor(LeafSystem):
             name: self.DeclareVectorInputPort(f"state_{name}", 2 * n) for name, n in self._sizes.items()
         }
         self._state_port |= {name: self.DeclareVectorInputPort(f"state_{name}", 13) for name in self._objects}
-        self._header = self.DeclareDiscreteState(4)  # count, phase, step start, revision
+        self._header = self.DeclareDiscreteState(8)
+        """count, phase, step start, revision, interval, active mover, slow since, number of way points"""
+        self._way = self.DeclareDiscreteState(2 * MOST_WAY_POINTS)
         self._anchor = self.DeclareDiscreteState(sum(self._sizes.values()) + 3 * len(self._objects))
         self._agent_groups = {
             name: (
@@ -107,7 +112,7 @@ class PlanSupervisor(LeafSystem):
                 len(self._sizes),
                 lambda progress, o=name: self._supervision.shares(progress, o),
             )
-        declare("step", 3, self._step_signal)
+        declare("step", STEP_SIGNAL_SIZE, self._step_signal)
         declare("anchor", sum(self._sizes.values()) + 3 * len(self._objects), lambda progress: progress.anchor)
         declare("status", 2 + 2 * len(self._sizes), _status_signal)
 
@@ -160,14 +165,26 @@ class PlanSupervisor(LeafSystem):
 
     def _calc_progress(self, context: Context, progress) -> None:
         values = context.get_discrete_state()
-        count, phase, step_start, revision = values.value(self._header)
+        count, phase, step_start, revision, interval, active, slow_since, ahead = values.value(self._header)
+        way = values.value(self._way).reshape(-1, 2)[: int(ahead)]
         agents = []
         for ints, hold, reach in self._agent_groups.values():
             mode, grasp = values.value(ints)
             agents.append(AgentSignals(int(mode), values.value(hold).copy(), values.value(reach).copy(), int(grasp)))
         anchor = values.value(self._anchor).copy()
         progress.set_value(
-            Progress(int(count), Phase(int(phase)), step_start, int(revision), anchor, tuple(agents))
+            Progress(
+                int(count),
+                Phase(int(phase)),
+                step_start,
+                int(revision),
+                anchor,
+                tuple(agents),
+                int(interval),
+                int(active),
+                tuple((float(x), float(y)) for x, y in way),
+                slow_since,
+            )
         )
 
     # Events.
@@ -193,8 +210,13 @@ class PlanSupervisor(LeafSystem):
         return EventStatus.DidNothing()
 
     def _store(self, progress: Progress, values: DiscreteValues) -> None:
+        way = progress.way[:MOST_WAY_POINTS]
         header = [progress.count, progress.phase, progress.step_start, progress.revision]
+        header += [progress.interval, progress.active, progress.slow_since, len(way)]
         values.set_value(self._header, np.array(header, dtype=float))
+        padded = np.zeros((MOST_WAY_POINTS, 2))
+        padded[: len(way)] = np.reshape(way, (-1, 2))
+        values.set_value(self._way, padded.ravel())
         values.set_value(self._anchor, progress.anchor)
         for signals, (ints, hold, reach) in zip(progress.agents, self._agent_groups.values(), strict=True):
             values.set_value(ints, np.array([signals.mode, signals.grasp], dtype=float))
@@ -227,10 +249,10 @@ class PlanSupervisor(LeafSystem):
 
     def _step_signal(self, progress: Progress) -> np.ndarray:
         index = self._supervision.program.index(progress.count)
-        return np.array([index, progress.phase, progress.count], dtype=float)
+        return pack_step(index, progress.phase, progress.interval, progress.leg)
 
 
 def _status_signal(progress: Progress) -> np.ndarray:
     modes = [signals.mode for signals in progress.agents]
     grasps = [signals.grasp for signals in progress.agents]
-    return np.array([progress.count, progress.phase, *modes, *grasps], dtype=float)
+    return np.array([progress.count, progress.interval, *modes, *grasps], dtype=float)

@@ -6,6 +6,8 @@ from enum import IntEnum
 
 import numpy as np
 
+from drake_ltl.systems.step_field import ALL, Leg
+
 
 class Phase(IntEnum):
     """Where a plan step stands."""
@@ -29,6 +31,22 @@ class Mode(IntEnum):
 
 NO_GRASP = -1
 """In place of the index of a weld."""
+
+
+STEP_SIGNAL_SIZE = 6
+
+
+def pack_step(index: int, phase: Phase, interval: int, leg: Leg) -> np.ndarray:
+    """Signal `step` (6,): index into the program, phase, interval, active mover or ALL, way point or nan, nan."""
+    via = (np.nan, np.nan) if leg.via is None else leg.via
+    return np.array([index, phase, interval, leg.active, *via], dtype=float)
+
+
+def unpack_step(signal: np.ndarray) -> tuple[int, Phase, Leg]:
+    """Index into the program, phase, leg."""
+    index, phase, _, active, x, y = signal
+    via = None if int(active) == ALL or np.isnan(x) else (float(x), float(y))
+    return int(index), Phase(int(phase)), Leg(int(active), via)
 
 
 def pack_reach(start_time: float, duration: float, q_start: np.ndarray, q_goal: np.ndarray) -> np.ndarray:

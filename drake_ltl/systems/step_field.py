@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drake_ltl.multibody.agent_model import AgentModel
+from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation import (
     NavigationFunction,
     PseudoHuber,
@@ -19,91 +20,162 @@ from drake_ltl.navigation import (
     Traveller,
     step_relations,
 )
-from drake_ltl.planning.geometry import Geometry
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.systems.program import StepProgram
+from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
+
+KAPPA_PER_RELATION = 1.25
+"""kappa for each relation where the scenario leaves it open: over random layouts, less is slow and more comes too
+close to what is passed."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Where everything stood when a phase, or a leg of a detour, began."""
+
+    q: Mapping[str, np.ndarray]
+    """agent -> configuration (n_i,)."""
+    p_WO: Mapping[str, np.ndarray]
+    """object -> origin (3,) [m]."""
 
 
 @dataclass(frozen=True)
 class StepField:
     """phi of one step. Points of the movers come first: travellers, then carried objects, as the tasks do."""
 
-    program: StepProgram
+    travels: tuple[TravelTask, ...]
+    transports: tuple[TransportTask, ...]
     relations: StepRelations
     function: NavigationFunction
 
 
-def step_field(
-    program: StepProgram,
-    scenario: Scenario,
-    geometry: Geometry,
-    agents: Mapping[str, AgentModel],
-    q: Mapping[str, np.ndarray],
-    p_WO: Mapping[str, np.ndarray],
-    reaches: Mapping[str, tuple[np.ndarray, np.ndarray]],
-) -> StepField | None:
-    """Builds phi for the bodies as they stand when the step begins; None if nothing moves under it.
+@dataclass(frozen=True)
+class FieldBuilder:
+    """Builds the navigation function of a step for the bodies as they stand."""
 
-    Args:
-        q: each agent's configuration (n_i,) at the begin of the step.
-        p_WO: each object's origin (3,) [m] at the begin of the step.
-        reaches: for each agent that approaches or backs off during the step: its configurations at both ends.
+    scenario: Scenario
+    models: MeasuredModels
 
-    Raises:
-        InvalidInputError: a goal violates a relation (a placement that cannot be carried out).
-    """
-    if not program.travels and not program.transports:
-        return None
-    centre = {name: model.centre(q[name]) for name, model in agents.items()}
-    moving = {task.agent for task in program.travels}
-    carried = {task.object for task in program.transports}
-    carriers = {name for task in program.transports for name in task.team}
-    relations = step_relations(
-        travellers=[
-            Traveller(
-                task.agent,
-                geometry.agent_radius[task.agent],
-                task.start,
-                task.goal,
-                tuple(centre[task.agent]),
-                tuple(agents[task.agent].centre(task.q_goal)),
-            )
-            for task in program.travels
-        ],
-        transports=[
-            Transport(
-                task.object,
-                task.team,
-                geometry.team_radius[task.object],
-                task.start,
-                task.goal,
-                tuple(p_WO[task.object]),
-                tuple(task.p_goal),
-            )
-            for task in program.transports
-        ],
-        static_agents=[
-            StaticBody(name, geometry.agent_radius[name], tuple(centre[name]))
-            for name in agents
-            if name not in moving | carriers | reaches.keys()
-        ],
-        reaches=[_reach(name, agents[name], geometry.agent_radius[name], ends) for name, ends in reaches.items()],
-        static_objects=[
-            StaticBody(name, geometry.object_radius[name], tuple(p)) for name, p in p_WO.items() if name not in carried
-        ],
-        regions=[RegionBall(region.name, region.centre, region.radius) for region in scenario.regions],
-        workspace_radius=scenario.workspace_radius,
-    )
-    settings = scenario.controller
-    function = NavigationFunction.for_goal(
-        relations.relations,
-        relations.goal,
-        kappa=settings.kappa,
-        lambda_=settings.lambda_,
-        h=settings.h,
-        shaping=PseudoHuber(settings.delta),
-    )
-    return StepField(program, relations, function)
+    def relations(
+        self,
+        travels: tuple[TravelTask, ...],
+        transports: tuple[TransportTask, ...],
+        waiting: tuple[TransportTask, ...],
+        snapshot: Snapshot,
+        reaches: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    ) -> StepRelations:
+        """The relations of a step.
+
+        Args:
+            travels: agents that move.
+            transports: teams that move.
+            waiting: teams that stand still for now, to move later; they count as one sphere already.
+            snapshot: where everything stands.
+            reaches: for each agent that approaches or backs off meanwhile: its configurations at both ends.
+        """
+        geometry, agents = self.models.geometry, self.models.agents
+        centre = {name: model.centre(snapshot.q[name]) for name, model in agents.items()}
+        elsewhere = {task.agent for task in travels} | reaches.keys()
+        elsewhere |= {name for task in (*transports, *waiting) for name in task.team}
+        carried = {task.object for task in (*transports, *waiting)}
+        return step_relations(
+            travellers=[self._traveller(task, centre[task.agent]) for task in travels],
+            transports=[self._transport(task, snapshot.p_WO[task.object]) for task in transports],
+            static_agents=[
+                StaticBody(name, geometry.agent_radius[name], tuple(centre[name]))
+                for name in agents
+                if name not in elsewhere
+            ],
+            reaches=[_reach(name, agents[name], geometry.agent_radius[name], ends) for name, ends in reaches.items()],
+            static_objects=[
+                *(
+                    StaticBody(name, geometry.object_radius[name], tuple(p))
+                    for name, p in snapshot.p_WO.items()
+                    if name not in carried
+                ),
+                *(
+                    StaticBody(task.object, geometry.team_radius[task.object], tuple(snapshot.p_WO[task.object]))
+                    for task in waiting
+                ),
+            ],
+            regions=[RegionBall(region.name, region.centre, region.radius) for region in self.scenario.regions],
+            workspace_radius=self.scenario.workspace_radius,
+        )
+
+    def field(
+        self,
+        travels: tuple[TravelTask, ...],
+        transports: tuple[TransportTask, ...],
+        waiting: tuple[TransportTask, ...],
+        snapshot: Snapshot,
+        reaches: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    ) -> StepField:
+        """phi for these movers (see `relations` for the arguments).
+
+        Raises:
+            InvalidInputError: a goal violates a relation (a placement that cannot be carried out).
+        """
+        relations = self.relations(travels, transports, waiting, snapshot, reaches)
+        settings = self.scenario.controller
+        kappa = settings.kappa or KAPPA_PER_RELATION * len(relations.relations)
+        function = NavigationFunction.for_goal(
+            relations.relations,
+            relations.goal,
+            kappa=kappa,
+            lambda_=settings.lambda_,
+            h=settings.h,
+            shaping=PseudoHuber(settings.delta),
+        )
+        return StepField(travels, transports, relations, function)
+
+    def _traveller(self, task: TravelTask, centre: np.ndarray) -> Traveller:
+        goal = self.models.agents[task.agent].centre(task.q_goal)
+        radius = self.models.geometry.agent_radius[task.agent]
+        return Traveller(task.agent, radius, task.start, task.goal, tuple(centre), tuple(goal))
+
+    def _transport(self, task: TransportTask, p_WO: np.ndarray) -> Transport:
+        radius = self.models.geometry.team_radius[task.object]
+        return Transport(task.object, task.team, radius, task.start, task.goal, tuple(p_WO), tuple(task.p_goal))
+
+
+ALL = -1
+"""In place of the index of a mover: all of them."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """What moves under the navigation function now: everything at once, or one mover by way of a point."""
+
+    active: int = ALL
+    """Index into the step's travels, then transports; ALL if every one moves."""
+    via: tuple[float, float] | None = None
+    """Where that mover goes first, (x, y) of its sphere's centre [m]; None if straight to its goal."""
+
+
+def moving_tasks(
+    step: StepProgram, leg: Leg, models: MeasuredModels
+) -> tuple[tuple[TravelTask, ...], tuple[TransportTask, ...], tuple[TransportTask, ...]]:
+    """Travels, transports and waiting transports of a step while this leg is driven."""
+    if leg.active == ALL:
+        return step.travels, step.transports, ()
+    if leg.active < len(step.travels):
+        return (_travel_via(step.travels[leg.active], leg.via, models),), (), step.transports
+    number = leg.active - len(step.travels)
+    waiting = step.transports[:number] + step.transports[number + 1 :]
+    return (), (_transport_via(step.transports[number], leg.via),), waiting
+
+
+def _travel_via(task: TravelTask, via: tuple[float, float] | None, models: MeasuredModels) -> TravelTask:
+    if via is None:
+        return task
+    q = task.q_goal.copy()
+    q[:NUM_BASE_JOINTS] += via - models.agents[task.agent].centre(task.q_goal)[:2]
+    return replace(task, q_goal=q)
+
+
+def _transport_via(task: TransportTask, via: tuple[float, float] | None) -> TransportTask:
+    if via is None:
+        return task
+    return replace(task, p_goal=np.array([*via, task.p_goal[2]]))
 
 
 def _reach(name: str, model: AgentModel, radius: float, ends: tuple[np.ndarray, np.ndarray]) -> Reach:

@@ -4,6 +4,10 @@ A step begins with all its actions at once. Travellers and teams move under the 
 stand-off grasp, holders release. When every mover has arrived and every grasp and release of this phase is done,
 agents that first had to drive to their stand-off grasp; then the step is done. So V of the movers is one function
 from the begin of a phase to its end.
+
+A navigation function has saddles, and among many bodies that stand close also other minima. If all movers have come
+to rest short of their goals, they go on one after another, each by way points around the others as they stand; every
+leg between way points has its own navigation function, and its own V.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ from pydrake.math import RigidTransform
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.postures import pose_error
+from drake_ltl.navigation.detour import detour
 from drake_ltl.scenario.model import Scenario, Tolerances
 from drake_ltl.systems.program import (
     GraspTask,
@@ -27,6 +32,7 @@ from drake_ltl.systems.program import (
     TravelTask,
 )
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_ends
+from drake_ltl.systems.step_field import ALL, FieldBuilder, Leg, Snapshot, moving_tasks
 
 REACH_SPEED = 0.3
 """Peak speed of an approach or a retreat [m/s]."""
@@ -38,6 +44,12 @@ WELD_SPEED = 0.005
 """Joints slower than this count as at rest for a weld [m/s, rad/s]."""
 RETREATED = 0.002
 """A retreat ends this close to its goal [m, rad]."""
+STALL_SPEED = 0.02
+"""Movers slower than this have come to rest [m/s, rad/s]: below the speed at which goals count as reached."""
+STALL_TIME = 3.0
+"""Movers at rest for so long short of their goals do not get there on this way [s]."""
+PASSED = 0.15
+"""A way point counts as passed at this distance [m]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +67,7 @@ class AgentSignals:
 
 @dataclass(frozen=True)
 class Progress:
-    """Where the mission stands. `revision` counts changes of commanded grasps."""
+    """Where the mission stands."""
 
     count: int
     """Number of the step being carried out, from 0."""
@@ -63,9 +75,23 @@ class Progress:
     step_start: float
     """[s]"""
     revision: int
+    """Counts changes of commanded grasps."""
     anchor: np.ndarray
-    """All configurations and all objects' origins when the phase began."""
+    """All configurations and all objects' origins when the interval began."""
     agents: tuple[AgentSignals, ...]
+    interval: int = 0
+    """Counts, within the step, the intervals of one navigation function each."""
+    active: int = ALL
+    """The mover that is on its way alone, see `Leg`."""
+    way: tuple[tuple[float, float], ...] = ()
+    """Way points that it has ahead, before its goal."""
+    slow_since: float = np.inf
+    """Since when all movers have been at rest [s]."""
+
+    @property
+    def leg(self) -> Leg:
+        """What moves now, and by way of which point."""
+        return Leg(self.active, self.way[0] if self.way else None)
 
 
 @dataclass(frozen=True)
@@ -84,6 +110,11 @@ class Measurement:
         """All configurations, then all objects' origins."""
         return np.concatenate([*self.q.values(), *(X.translation() for X in self.X_WO.values())])
 
+    @property
+    def snapshot(self) -> Snapshot:
+        """The same, by name."""
+        return Snapshot(self.q, {name: X.translation() for name, X in self.X_WO.items()})
+
 
 class Supervision:
     """The rules of a mission: `begin` makes its first Progress, `advance` every further one."""
@@ -94,6 +125,7 @@ class Supervision:
             raise ValueError(f"num_steps must not be negative, not {num_steps!r}")
         self.program = program
         self.num_steps = num_steps
+        self._fields = FieldBuilder(scenario, models)
         self._tolerances: Tolerances = scenario.tolerances
         self._names = list(models.agents)
         self._objects = list(models.objects)
@@ -113,8 +145,10 @@ class Supervision:
         if state.phase is Phase.DONE or applied != state.revision:
             return state
         state = self._settle_reaches(state, now)
-        if applied != state.revision or self.waiting_for(state, now):
+        if applied != state.revision:
             return state
+        if self.waiting_for(state, now):
+            return self._keep_moving(state, now) if state.phase is Phase.NAVIGATE else state
         step = self.step(state)
         if state.phase is Phase.NAVIGATE and step.late_grasps:
             return self._begin_late_grasps(state, step, now)
@@ -127,7 +161,8 @@ class Supervision:
     def shares(self, state: Progress, obj: str) -> np.ndarray:
         """c_tau (N,) for the object; zeros while nobody carries it."""
         if state.phase is Phase.NAVIGATE:
-            for task in self.step(state).transports:
+            moving = moving_tasks(self.step(state), state.leg, self._models)[1]
+            for task in moving:
                 if task.object == obj:
                     return task.shares
         return np.zeros(len(self._names))
@@ -139,8 +174,7 @@ class Supervision:
         reasons = []
         if state.phase is Phase.NAVIGATE:
             step = self.step(state)
-            reasons += [text for task in step.travels if (text := self._travel_left(task, now))]
-            reasons += [text for task in step.transports if (text := self._transport_left(task, now))]
+            reasons += [text for task in (*step.travels, *step.transports) if (text := self._left(task, now))]
         for name, signals in zip(self._names, state.agents, strict=True):
             if signals.mode == Mode.REACH:
                 task = self._reach_task(state, name)
@@ -153,14 +187,19 @@ class Supervision:
     def _begin_step(self, state: Progress, now: Measurement) -> Progress:
         if state.count >= self.num_steps:
             return self._all_hold(replace(state, phase=Phase.DONE, step_start=now.time), now)
-        state = replace(self._all_hold(state, now), phase=Phase.NAVIGATE, step_start=now.time, anchor=now.anchor)
+        state = replace(
+            self._all_hold(state, now),
+            phase=Phase.NAVIGATE,
+            step_start=now.time,
+            anchor=now.anchor,
+            interval=0,
+            active=ALL,
+            way=(),
+            slow_since=np.inf,
+        )
         step = self.step(state)
-        for task in step.travels:
-            state = self._set(state, task.agent, mode=Mode.TRANSITION)
-        for task in step.transports:
-            mode = Mode.TRANSPORT + self._objects.index(task.object)
-            for agent in task.team:
-                state = self._set(state, agent, mode=mode)
+        for task in (*step.travels, *step.transports):
+            state = self._start(state, task)
         for task in step.grasps:
             state = self._approach(state, task, now)
         for task in step.releases:
@@ -168,7 +207,7 @@ class Supervision:
         return replace(state, revision=state.revision + bool(step.releases))
 
     def _begin_late_grasps(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
-        state = replace(self._all_hold(state, now), phase=Phase.REACH, anchor=now.anchor)
+        state = replace(self._all_hold(state, now), phase=Phase.REACH, anchor=now.anchor, interval=state.interval + 1)
         for task in step.late_grasps:
             state = self._approach(state, task, now)
         return state
@@ -196,6 +235,79 @@ class Supervision:
         peak = 1.875  # of a rest-to-rest quintic, relative to its mean speed
         duration = max(LEAST_REACH_TIME, peak * float(np.abs(goal - start).max()) / REACH_SPEED)
         return self._set(state, agent, mode=Mode.REACH, reach=pack_reach(now.time, duration, start, goal))
+
+    def _start(self, state: Progress, task: TravelTask | TransportTask) -> Progress:
+        if isinstance(task, TravelTask):
+            return self._set(state, task.agent, mode=Mode.TRANSITION)
+        mode = Mode.TRANSPORT + self._objects.index(task.object)
+        for agent in task.team:
+            state = self._set(state, agent, mode=mode)
+        return state
+
+    # Movers that do not get there.
+
+    def _keep_moving(self, state: Progress, now: Measurement) -> Progress:
+        """Looks after way points passed, lone movers that have arrived, and stalls."""
+        tasks = (*self.step(state).travels, *self.step(state).transports)
+        if state.active != ALL:
+            if state.way and self._passed(state, tasks[state.active], now):
+                return self._begin_interval(state, now, way=state.way[1:])
+            if not state.way and not self._left(tasks[state.active], now):
+                return self._next_mover(state, now)
+        if any(self._speed(task, now) > STALL_SPEED for task in tasks):
+            return state if state.slow_since == np.inf else replace(state, slow_since=np.inf)
+        if any(signals.mode == Mode.REACH for signals in state.agents):
+            return state
+        if state.slow_since == np.inf:
+            return replace(state, slow_since=now.time)
+        return self._next_mover(state, now) if now.time - state.slow_since >= STALL_TIME else state
+
+    def _next_mover(self, state: Progress, now: Measurement) -> Progress:
+        """The next mover in turn that is not at its goal and can get there; all wait if there is none."""
+        step = self.step(state)
+        tasks = (*step.travels, *step.transports)
+        for offset in range(1, len(tasks) + 1):
+            index = (state.active + offset) % len(tasks)
+            if self._left(tasks[index], now) and (way := self._way(state, Leg(index), now)) is not None:
+                state = self._begin_interval(self._movers_hold(state, now), now, way=tuple(way), active=index)
+                return self._start(state, tasks[index])
+        return replace(state, slow_since=now.time)
+
+    def _way(self, state: Progress, leg: Leg, now: Measurement) -> list[tuple[float, float]] | None:
+        step = self.step(state)
+        reaching = {task.weld.agent for task in (*step.grasps, *step.releases)}
+        reaches = {
+            name: reach_ends(signals.reach)
+            for name, signals in zip(self._names, state.agents, strict=True)
+            if name in reaching
+        }
+        relations = self._fields.relations(*moving_tasks(step, leg, self._models), now.snapshot, reaches)
+        if any(relations.relations.violated(ends) for ends in (relations.start, relations.goal)):
+            return None  # somebody stands where this mover is to go
+        return detour(relations)
+
+    def _begin_interval(self, state: Progress, now: Measurement, **changes) -> Progress:
+        return replace(state, interval=state.interval + 1, anchor=now.anchor, slow_since=np.inf, **changes)
+
+    def _movers_hold(self, state: Progress, now: Measurement) -> Progress:
+        for name, signals in zip(self._names, state.agents, strict=True):
+            if signals.mode not in (Mode.HOLD, Mode.REACH):
+                state = self._set(state, name, mode=Mode.HOLD, hold=now.q[name])
+        return state
+
+    def _passed(self, state: Progress, task: TravelTask | TransportTask, now: Measurement) -> bool:
+        if isinstance(task, TravelTask):
+            here = self._models.agents[task.agent].centre(now.q[task.agent])
+        else:
+            here = now.X_WO[task.object].translation()
+        return float(np.linalg.norm(here[:2] - state.way[0])) <= PASSED
+
+    def _left(self, task: TravelTask | TransportTask, now: Measurement) -> str:
+        return self._travel_left(task, now) if isinstance(task, TravelTask) else self._transport_left(task, now)
+
+    def _speed(self, task: TravelTask | TransportTask, now: Measurement) -> float:
+        v = now.qd[task.agent] if isinstance(task, TravelTask) else now.V_WO[task.object][3:]
+        return float(np.abs(v).max())
 
     # Reaches end.
 
@@ -262,8 +374,8 @@ class Supervision:
         speed = float(np.linalg.norm(now.V_WO[task.object][3:]))
         if distance <= self._tolerances.position and speed <= self._tolerances.speed:
             return ""
-        team = ", ".join(task.team)
-        return f"{task.object} (carried by {team}) is {distance:.2f} m from its place in {task.goal} (speed {speed:.2f} m/s)"
+        team = f"{task.object} (carried by {', '.join(task.team)})"
+        return f"{team} is {distance:.2f} m from its place in {task.goal} (speed {speed:.2f} m/s)"
 
     def _set(self, state: Progress, agent: str, **changes) -> Progress:
         index = self._names.index(agent)

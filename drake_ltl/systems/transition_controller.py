@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
-from drake_ltl.dynamics import transition_torque
-from drake_ltl.multibody.agent_model import AgentModel
+from drake_ltl.dynamics import growing_damping, transition_torque
+from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
 
 
 class TransitionController(LeafSystem):
@@ -24,13 +24,14 @@ class TransitionController(LeafSystem):
     `state` is (q, qd) (2n,), `gradient` k dPhi/dq (n,), `torque` (n,) [N, N m].
     """
 
-    def __init__(self, model: AgentModel, damping: np.ndarray):
-        """`damping` is the diagonal (n,) of K_z [N s/m, N m s/rad], all positive."""
+    def __init__(self, model: AgentModel, damping: np.ndarray, speed_limit: float = np.inf):
+        """`damping` is the diagonal (n,) of K_z [N s/m, N m s/rad], all positive; it grows beyond `speed_limit`
+        of the base [m/s], see `dynamics.growing_damping`."""
         super().__init__()
         self.set_name(f"transition_{model.agent.name}")
         if damping.shape != (model.n,) or not np.all(damping > 0.0):
             raise ValueError(f"damping must be {model.n} positive numbers, not {damping!r}")
-        self._model, self._damping = model, damping
+        self._model, self._damping, self._speed_limit = model, damping, speed_limit
         self._state = self.DeclareVectorInputPort("state", 2 * model.n)
         self._gradient = self.DeclareVectorInputPort("gradient", model.n)
         self._torque = self.DeclareVectorOutputPort("torque", model.n, self._calc_torque)
@@ -48,4 +49,6 @@ class TransitionController(LeafSystem):
         n = self._model.n
         x = self._state.Eval(context)
         gradient = self._gradient.Eval(context)
-        output.SetFromVector(transition_torque(self._model.gravity(x[:n]), gradient, self._damping, x[n:]))
+        speed = float(np.linalg.norm(x[n : n + NUM_BASE_JOINTS]))
+        damping = growing_damping(self._damping, speed, self._speed_limit)
+        output.SetFromVector(transition_torque(self._model.gravity(x[:n]), gradient, damping, x[n:]))

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort, ValueProducer
 
-from drake_ltl.dynamics import body_gravity, team_wrench, transport_torque
+from drake_ltl.dynamics import body_gravity, growing_damping, team_wrench, transport_torque
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.object_model import ObjectModel
 
@@ -32,15 +32,18 @@ class TransportController(LeafSystem):
     outside the team, whose torque output is then gravity alone.
     """
 
-    def __init__(self, obj: ObjectModel, agents: Mapping[str, AgentModel], damping: np.ndarray):
-        """`damping` is the diagonal (6,) of K_O (rotational; translational) [N m s, N s/m], all positive."""
+    def __init__(
+        self, obj: ObjectModel, agents: Mapping[str, AgentModel], damping: np.ndarray, speed_limit: float = np.inf
+    ):
+        """`damping` is the diagonal (6,) of K_O (rotational; translational) [N m s, N s/m], all positive; it grows
+        beyond `speed_limit` of the object [m/s], see `dynamics.growing_damping`."""
         super().__init__()
         name = obj.object.name
         self.set_name(f"transport_{name}")
         if damping.shape != (6,) or not np.all(damping > 0.0):
             raise ValueError(f"damping must be 6 positive numbers, not {damping!r}")
         self._agents = dict(agents)
-        self._damping = damping
+        self._damping, self._speed_limit = damping, speed_limit
         self._gravity = body_gravity(obj.mass)
         self._object = self.DeclareVectorInputPort(f"state_{name}", 13)
         self._gradient = self.DeclareVectorInputPort("gradient", 6)
@@ -77,7 +80,8 @@ class TransportController(LeafSystem):
 
     def _calc_wrench(self, context: Context, value) -> None:
         V_WO = self._object.Eval(context)[7:]
-        value.set_value(team_wrench(self._gravity, self._gradient.Eval(context), self._damping, V_WO))
+        damping = growing_damping(self._damping, float(np.linalg.norm(V_WO[3:])), self._speed_limit)
+        value.set_value(team_wrench(self._gravity, self._gradient.Eval(context), damping, V_WO))
 
     def _calc_torque(self, index: int, agent: str, model: AgentModel):
         def calc(context: Context, output: BasicVector) -> None:

@@ -1,0 +1,125 @@
+"""A way around static spheres for one mover, in the plane: what is asked when a gradient field leads nowhere."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_ltl.navigation.relations import Array
+from drake_ltl.navigation.step import StepRelations
+
+SPACING = 0.2
+"""Of the lattice on which ways are sought [m]."""
+CLEARANCES = (0.3, 0.1, 0.04)
+"""Distance that a way keeps from everything [m], the first for which there is one."""
+
+
+def detour(step: StepRelations) -> list[tuple[float, float]] | None:
+    """Way points (x, y) [m] of a short way from the start to the goal of the step's only mover, the goal excluded.
+
+    Between way points the straight line is clear. Obstacles count at the height of the mover's start. None if there
+    is no way at any of the clearances.
+
+    Raises:
+        ValueError: more than one mover.
+    """
+    if step.n_movers != 1:
+        raise ValueError(f"a detour is for one mover, not for {step.n_movers}")
+    for clearance in CLEARANCES:
+        scene = _Scene(step, clearance)
+        way = scene.way()
+        if way is not None:
+            return way
+    return None
+
+
+class _Scene:
+    """Discs to keep out of and discs to stay inside of, around one mover."""
+
+    def __init__(self, step: StepRelations, clearance: float):
+        self.start, self.goal = step.start[0], step.goal[0]
+        others = [(step.start[apart.b], apart.radius + clearance) for apart in step.relations.apart]
+        bounds = [(np.asarray(inside.centre), inside.radius - clearance) for inside in step.relations.inside]
+        self._discs = self._cut(others, reach=np.inf)
+        self._bounds = self._cut(bounds, reach=-np.inf)
+
+    def _cut(self, balls: list[tuple[Array, float]], reach: float) -> list[tuple[Array, float]]:
+        """Balls cut at the mover's height: (centre (2,), radius); the two ends of the way never count as blocked."""
+        discs = []
+        for centre, radius in balls:
+            height = abs(centre[2] - self.start[2])
+            flat = float(np.sqrt(max(0.0, radius**2 - height**2)))
+            ends = [np.linalg.norm(end[:2] - centre[:2]) for end in (self.start, self.goal)]
+            flat = min([flat, *ends]) if reach > 0 else max([flat, *ends])
+            discs.append((centre[:2], flat))
+        return discs
+
+    def free(self, points: Array) -> Array:
+        """Whether each of the points (n, 2) is clear (n,)."""
+        clear = np.ones(len(points), dtype=bool)
+        for centre, radius in self._discs:
+            clear &= ((points - centre) ** 2).sum(axis=1) >= (radius - 1e-9) ** 2
+        for centre, radius in self._bounds:
+            clear &= ((points - centre) ** 2).sum(axis=1) <= (radius + 1e-9) ** 2
+        return clear
+
+    def straight(self, a: Array, b: Array) -> bool:
+        """Whether the straight line from a to b (2,) is clear."""
+        samples = max(2, int(np.linalg.norm(b - a) / (SPACING / 4)))
+        return bool(self.free(a + np.linspace(0.0, 1.0, samples)[:, None] * (b - a)).all())
+
+    def way(self) -> list[tuple[float, float]] | None:
+        """The shortest way on the lattice, shortened to corners that see each other."""
+        ids, nodes = self._lattice()
+        distances, before = dijkstra(self._edges(ids, nodes), indices=_START, return_predecessors=True)
+        if not np.isfinite(distances[_GOAL]):
+            return None
+        path = [_GOAL]
+        while path[-1] != _START:
+            path.append(int(before[path[-1]]))
+        corners = nodes[path[::-1]]
+        kept = [0]
+        while kept[-1] != len(corners) - 1:
+            here = kept[-1]
+            ahead = range(len(corners) - 1, here, -1)
+            kept.append(next((i for i in ahead if self.straight(corners[here], corners[i])), here + 1))
+        return [(float(x), float(y)) for x, y in corners[kept[1:-1]]]
+
+    def _lattice(self) -> tuple[Array, Array]:
+        """Square lattice over the tightest bound: number of each node (n, n), -1 where blocked; nodes (m, 2).
+
+        The start and the goal are nodes 0 and 1 and not on the lattice.
+        """
+        centre, radius = min(self._bounds, key=lambda bound: bound[1])
+        ticks = np.arange(-radius, radius + SPACING, SPACING)
+        points = centre + np.stack(np.meshgrid(ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 2)
+        free = self.free(points)
+        ids = np.full(len(points), -1)
+        ids[free] = 2 + np.arange(free.sum())
+        return ids.reshape(len(ticks), len(ticks)), np.vstack([self.start[:2], self.goal[:2], points[free]])
+
+    def _edges(self, ids: Array, nodes: Array) -> csr_array:
+        """Between lattice points up to a knight's move apart, and from both ends to the points near them."""
+        rows, columns = [], []
+        for dx, dy in _MOVES:
+            here = ids[max(0, -dx) : ids.shape[0] - max(0, dx), max(0, -dy) : ids.shape[1] - max(0, dy)]
+            there = ids[max(0, dx) : ids.shape[0] + min(0, dx), max(0, dy) : ids.shape[1] + min(0, dy)]
+            both = (here >= 0) & (there >= 0)
+            rows.append(here[both])
+            columns.append(there[both])
+        for end in (_START, _GOAL):
+            gaps = np.linalg.norm(nodes - nodes[end], axis=1)
+            near = [i for i in np.flatnonzero(gaps < 4 * SPACING) if i != end and self.straight(nodes[end], nodes[i])]
+            rows.append(np.full(len(near), end))
+            columns.append(np.array(near, dtype=int))
+        row, column = np.concatenate(rows), np.concatenate(columns)
+        lengths = np.linalg.norm(nodes[row] - nodes[column], axis=1)
+        graph = csr_array((lengths, (row, column)), shape=(len(nodes), len(nodes)))
+        return graph.maximum(graph.T)
+
+
+_START, _GOAL = 0, 1
+_MOVES = [move for move in product(range(-2, 3), repeat=2) if np.gcd(*move) == 1]
