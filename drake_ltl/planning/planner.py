@@ -75,7 +75,7 @@ def plan(
         found,
         counts={
             "ts_states": system.n_states,
-            "ts_transitions": system.n_transitions,
+            "ts_transitions": system.n_formed,
             "automaton_states": states,
             "automaton_edges": edges,
             "product_states": system.n_states * states,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,8 @@ class TransitionSystem:
     """(E,): chi."""
     index_of_code: NDArray[np.int64]
     """Index of the state with a given code, or -1."""
+    n_formed: int
+    """Number of transitions of Def. 5, before any were left out (`keep`)."""
 
     @property
     def n_states(self) -> int:
@@ -111,15 +113,7 @@ class TransitionSystem:
 
     def keep(self, kept: NDArray[np.bool_]) -> TransitionSystem:
         """The same with only some transitions, (E,)."""
-        return TransitionSystem(
-            self.scenario,
-            self.options,
-            self.places,
-            self.sources[kept],
-            self.targets[kept],
-            self.costs[kept],
-            self.index_of_code,
-        )
+        return replace(self, sources=self.sources[kept], targets=self.targets[kept], costs=self.costs[kept])
 
 
 def form(scenario: Scenario, fits: Fits, can_carry: CanCarry, chi: Chi | None = None) -> TransitionSystem:
@@ -143,7 +137,7 @@ def form(scenario: Scenario, fits: Fits, can_carry: CanCarry, chi: Chi | None = 
     sources, targets = sources[fit], targets[fit]
     bodies = np.hstack([_agent_regions(options, places, len(scenario.regions)), places])
     costs = _sum_of_ways(scenario, bodies, sources, targets)
-    system = TransitionSystem(scenario, options, places, sources, targets, costs, index_of_code)
+    system = TransitionSystem(scenario, options, places, sources, targets, costs, index_of_code, len(sources))
     if chi is not None:
         costs[:] = _costs_of(chi, system)
     return system

@@ -289,6 +289,10 @@ def test_forbidden_transitions_are_avoided(make_scenario):
     around = plan(scenario, start, anything_fits, forbidden=forbidden, system=system)
     assert (start, far) not in pairwise(around.states)
     assert around.cost > direct.cost
+    assert around.counts == direct.counts  # those of Def. 5
+    fewer = system.without(forbidden)
+    assert plan(scenario, start, anything_fits, system=fewer) == around
+    assert plan(scenario, start, anything_fits, system=fewer).counts == direct.counts
     everywhere = frozenset((state, far) for state in (start, goal, State(("pi4",), (), (None,))))
     with pytest.raises(InfeasibleError, match="3 transitions excluded"):
         plan(scenario, start, anything_fits, forbidden=everywhere, system=system)
