@@ -61,7 +61,7 @@ def _named_arrays(recording: Recording) -> Mapping[str, np.ndarray]:
 
 def _not_finite(array: np.ndarray) -> np.ndarray:
     """(T,)"""
-    return ~np.isfinite(array).reshape(len(array), -1).all(axis=1)
+    return ~np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
 
 
 def _time_violations(recording: Recording, time_step: float) -> Iterator[Violation]:

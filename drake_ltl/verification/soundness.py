@@ -85,8 +85,8 @@ def _actions(step: StepRecord, scenario: Scenario) -> Iterator[Mistake]:
         if set(action) != {"kind", "agents", "object", "from", "to"} or action["kind"] not in ACTION_KINDS:
             yield Mistake(where, f"{action!r} is no action", f"kinds are {', '.join(ACTION_KINDS)}")
             continue
-        known = scenario.agent_names + scenario.object_names + scenario.region_names
-        unknown = [name for name in (*action["agents"], action["from"], action["to"]) if name not in known]
+        unknown = [name for name in action["agents"] if name not in scenario.agent_names]
+        unknown += [name for name in (action["from"], action["to"]) if name not in scenario.region_names]
         if unknown or not action["agents"]:
             yield Mistake(where, f"{action!r} names {unknown or 'no agent'}", "use the names of its scenario")
         if (action["object"] is None) != (action["kind"] == "travel"):

@@ -22,10 +22,9 @@ _CLEARANCE_NAMES = {
     "agent_object": "agent to object",
     "object_object": "object to object",
     "team_other": "carrying team to others",
-    "forbidden_region": "to regions on no way",
+    "forbidden_region": "mover to other regions",
     "workspace": "to the workspace's border",
 }
-_HARD_SPACE = "\N{NO-BREAK SPACE}"  # lines break between actions and letters, not within
 
 
 def verdict_table(verdict: Verdict, scenario: Scenario) -> RenderableType:
@@ -47,9 +46,9 @@ def _steps(verdict: Verdict, scenario: Scenario) -> Table:
     if letters:
         table.add_row("", "start", letters[0], "")
     for index, step in enumerate(verdict.steps, start=1):
-        texts = [action_text(action).replace(" ", _HARD_SPACE) for action in step.actions]
+        texts = [action_text(action) for action in step.actions]
         letter = letters[index] if index < len(letters) else ""
-        table.add_row(str(index), "; ".join(texts) or "\N{EN DASH}", letter, f"{step.duration:.1f}")
+        table.add_row(str(index), "\n".join(texts) or "\N{EN DASH}", letter, f"{step.duration:.1f}")
     return table
 
 

@@ -1,0 +1,465 @@
+"""A good run is satisfied; each thing that is spoilt is found, with its name, its time and its size, and alone."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from drake_ltl.execution.recording import NOTHING, Recording
+from drake_ltl.verification import Verdict, Violation, verify
+
+PER_STEP = 50  # samples of one step, 1 s long
+TRAVEL, GRASP, CARRY, RELEASE, MIXED = 0, 1, 2, 3, 4  # numbers of steps
+
+
+def during(step: int, begin: int = 20, end: int = 30) -> slice:
+    """Some samples in the midst of a step."""
+    return slice(step * PER_STEP + begin, step * PER_STEP + end)
+
+
+def only(verdict: Verdict, kind: str) -> Violation:
+    """The one violation of a verdict, which is of this kind."""
+    assert [v.kind for v in verdict.violations] == [kind], "\n".join(map(str, verdict.violations))
+    assert not verdict.satisfied
+    return verdict.violations[0]
+
+
+def kinds(verdict: Verdict) -> set[str]:
+    return {v.kind for v in verdict.violations}
+
+
+def respecified(recording: Recording, old: str, new: str) -> Recording:
+    assert old in recording.scenario
+    return dataclasses.replace(recording, scenario=recording.scenario.replace(old, new))
+
+
+# What is good.
+
+
+def test_a_good_run_is_satisfied(recording):
+    verdict = verify(recording)
+    assert verdict.violations == ()
+    assert verdict.satisfied
+    assert verdict.word[0] == ("a1.pi1", "a2.pi3", "a3.pi4", "o1.pi2", "o2.pi4")
+    assert verdict.word[1] == verdict.word[9] == ("a1.pi2", "a2.dock", "a3.pi4", "o1.pi2", "o2.pi4")
+    assert len(verdict.word) == 10
+    assert verdict.simulated_seconds == pytest.approx(9.0)
+    assert verdict.max_weld_error == verdict.max_weld_angle == 1e-4
+    assert verdict.max_lyapunov_increase == 0.0
+
+
+def test_numbers_agree_with_brute_force(recording):
+    least = verify(recording).min_clearance
+    # while carrying, a3 and o2 keep away from the team's sphere; o2 is the nearer one, a3 stands behind it
+    team = [recording.pose["o1"][during(s, 0, PER_STEP + 1), 4:] for s in (2, 7)]
+    offsets = np.concatenate(team) - recording.pose["o2"][0, 4:]
+    assert least["team_other"] == pytest.approx(np.linalg.norm(offsets, axis=1).min() - 2.4 - 0.4, abs=1e-12)
+    # a2 passes pi4 on the line from (0, 10) to (10, 1.5), 0.2 m up
+    passing = 10.0 * 8.5 / np.hypot(10.0, 8.5)
+    assert least["forbidden_region"] == pytest.approx(np.hypot(passing, 0.2) - 3.5 - 0.7, abs=1e-12)
+    # members of one team, 90 degrees apart at the crate
+    assert least["agent_agent"] == pytest.approx(1.05 * np.sqrt(2) - 1.4, abs=1e-12)
+    # a1 waits apart from the crate at the end of step 5
+    assert least["agent_object"] == pytest.approx(1.5 - 1.1, abs=1e-12)
+    assert set(least) == {"agent_agent", "agent_object", "object_object", "team_other", "forbidden_region", "workspace"}
+
+
+def test_more_rounds(draw):
+    assert verify(draw(9 + 16)).satisfied
+
+
+def test_the_word_is_that_of_the_last_whole_round(draw):
+    """a2 visits pi3 in every round; half a round more changes nothing."""
+    assert verify(draw(9 + 4)).satisfied
+
+
+def test_saved_and_loaded(recording, tmp_path):
+    recording.save(tmp_path / "run.npz")
+    assert verify(Recording.load(tmp_path / "run.npz")) == verify(recording)
+
+
+# Regions.
+
+
+def test_wrong_region(recording):
+    """a2 ends a step beside pi3 and leaves from there."""
+    end = (MIXED + 1) * PER_STEP
+    recording.centre["a2"][end - 5 : end + 1, 0] += 3.5
+    lenient = respecified(recording, " & GF pi3", "")
+    lenient = respecified(lenient, "F a2.pi3", "F a2.dock")
+    violation = only(verify(lenient), "region")
+    assert violation.who == ("a2", "pi3")
+    assert violation.step == MIXED
+    assert violation.time == pytest.approx(5.0)
+    assert violation.worst == pytest.approx(np.hypot(3.5, 0.2) + 0.7 - 3.5)
+
+
+def test_swapped_goals(recording):
+    """a1 goes where a2 should and the other way round, in the step that leads both apart."""
+    way, speed = recording.centre["a2"].copy(), recording.qd["a2"].copy()
+    first, after = MIXED * PER_STEP, (MIXED + 2) * PER_STEP + 1
+    for arrays, other in ((recording.centre, way), (recording.qd, speed)):
+        spare = arrays["a1"][first:after].copy()
+        arrays["a1"][first:after], arrays["a2"][first:after] = other[first:after], spare
+    verdict = verify(recording)
+    assert {("a2", "pi3"), ("a1", "pi1")} <= {v.who for v in verdict.violations if v.kind == "region"}
+    assert {("a1",), ("a2",)} <= {v.who for v in verdict.violations if v.kind == "formula"}
+
+
+def test_idle_agent_leaves_its_region_and_comes_back(recording):
+    recording.centre["a3"][during(CARRY), 1] += 2.0
+    violation = only(verify(recording), "region")
+    assert violation.who == ("a3", "pi4")
+    assert (violation.step, violation.time) == (CARRY, pytest.approx(2.4))
+    assert violation.worst == pytest.approx(np.hypot(3.0, 0.2) + 0.7 - 3.5)
+
+
+def test_grasping_agent_leaves_its_region(recording):
+    recording.centre["a2"][during(GRASP), 1] = 3.0
+    assert only(verify(recording), "region").who == ("a2", "pi2")
+
+
+def test_sphere_not_centre(recording):
+    """The centre alone is still inside."""
+    recording.centre["a3"][during(CARRY), 1] = 10.0 + 2.9
+    assert only(verify(recording), "region").worst == pytest.approx(np.hypot(2.9, 0.2) + 0.7 - 3.5)
+
+
+def test_start_outside_every_region(recording):
+    recording.centre["a3"][:, 1] = 15.0
+    violation = only(verify(recording), "region")
+    assert (violation.who, violation.time) == (("a3",), 0.0)
+    assert not any(letter.startswith("a3.") for letter in verify(recording).word[0])
+
+
+def test_action_from_elsewhere(recording):
+    actions = recording.steps[TRAVEL].actions
+    wrong = dataclasses.replace(recording.steps[TRAVEL], actions=({**actions[0], "from": "pi2"}, actions[1]))
+    verdict = verify(dataclasses.replace(recording, steps=(wrong, *recording.steps[1:])))
+    assert [v.who for v in verdict.violations if v.kind == "action"] == [("a1",)]
+    assert kinds(verdict) == {"action", "forbidden_region"}  # so pi1 is none of its two regions either
+
+
+# Clearances.
+
+
+@pytest.mark.parametrize(
+    ("step", "who"),
+    [(TRAVEL, ("a1", "a2")), (CARRY, ("a1", "a2")), (MIXED, ("a1", "a2"))],
+)
+def test_agents_collide_on_their_way(recording, step, who):
+    """Travellers, members of one team, a traveller and one that backs off."""
+    at = during(step)
+    recording.centre["a2"][at] = recording.centre["a1"][at] + [0.0, 1.3, 0.0]
+    verdict = verify(recording)
+    violation = next(v for v in verdict.violations if v.kind == "clearance" and v.who == who)
+    assert violation.worst >= 0.1 - 1e-12
+    assert violation.step == step
+    assert verdict.min_clearance["agent_agent"] == -violation.worst
+
+
+def test_agent_hits_object(recording):
+    recording.centre["a3"][during(GRASP), 1] -= 1.0
+    violation = only(verify(recording), "clearance")
+    assert violation.who == ("a3", "o2")
+    assert violation.worst == pytest.approx(0.1)
+    assert violation.time == pytest.approx(1.38)  # on the way from the sample before
+
+
+def test_agent_hits_object_it_no_longer_grasps(recording):
+    """Where it may be while it holds, it may not while it travels: the pair is exempt no longer."""
+    way = recording.centre["a2"]
+    way[MIXED * PER_STEP : MIXED * PER_STEP + 10, 1] = 1.05
+    verdict = verify(recording)
+    assert ("a2", "o1") in {v.who for v in verdict.violations if v.kind == "clearance"}
+
+
+def test_objects_collide(recording):
+    recording.pose["o2"][during(CARRY), 4:6] = recording.pose["o1"][during(CARRY), 4:6] + [0.0, 2.7]
+    verdict = verify(recording)
+    assert ("o2", "o1 with a1 and a2") in {v.who for v in verdict.violations if v.kind == "clearance"}
+    assert verdict.min_clearance["team_other"] == pytest.approx(-0.1)
+
+
+def test_free_objects_collide(recording):
+    recording.pose["o2"][during(RELEASE), 4:6] = [0.75, 0.0]
+    verdict = verify(recording)
+    assert ("o1", "o2") in {v.who for v in verdict.violations if v.kind == "clearance"}
+    assert verdict.min_clearance["object_object"] == pytest.approx(-0.05)
+
+
+def test_team_counts_as_one_sphere(recording):
+    """a3 keeps away from both agents and the crate, but not from the team's sphere."""
+    at = during(CARRY, 35, 40)
+    recording.centre["a3"][at] = recording.pose["o1"][at, 4:] + [0.0, 2.9, 0.0]
+    verdict = verify(recording)
+    clearances = [v for v in verdict.violations if v.kind == "clearance"]
+    assert [v.who for v in clearances] == [("a3", "o1 with a1 and a2")]
+    assert clearances[0].worst == pytest.approx(0.2)
+
+
+def test_nothing_slips_through_between_two_samples(recording):
+    """a3 jumps over o2 and back within its region: no sample shows an overlap."""
+    for step in range(2):
+        recording.centre["a3"][during(step), 1] = 7.7
+    verdict = verify(recording)
+    assert only(verdict, "clearance").worst == pytest.approx(1.1)
+
+
+def test_forbidden_region_on_the_way(recording):
+    """a1 makes a detour through pi3; G !pi3 does not see it, the poses between the states do."""
+    at = during(TRAVEL)
+    recording.centre["a1"][at, 1] = 8.0
+    recording.centre["a2"][at, 1] = 12.0
+    verdict = verify(recording)
+    violation = next(v for v in verdict.violations if v.kind == "forbidden_region")
+    assert violation.who == ("a1", "pi3")
+    assert kinds(verdict) == {"forbidden_region"}
+    assert verdict.min_clearance["forbidden_region"] == -violation.worst < 0.0
+
+
+def test_team_touches_a_region(recording):
+    """The crate itself is 5 m away from the centre of pi3, and so outside; its team's sphere is not."""
+    for way in (recording.centre["a1"], recording.centre["a2"], recording.pose["o1"][:, 4:]):
+        way[during(CARRY, 40, 50), 1] += 5.0
+    verdict = verify(recording)
+    assert {v.who for v in verdict.violations if v.kind == "forbidden_region"} == {("o1 with a1 and a2", "pi3")}
+
+
+def test_own_regions_are_not_forbidden(recording):
+    assert verify(recording).min_clearance["forbidden_region"] > 0.0
+
+
+def test_workspace_left(recording):
+    recording.centre["a1"][during(TRAVEL), :2] = [5.0, -19.5]
+    violation = only(verify(recording), "workspace")
+    assert violation.who == ("a1",)
+    assert violation.worst == pytest.approx(np.linalg.norm([5.0, 19.5, 0.2]) + 0.7 - 20.0)
+
+
+# Grasps.
+
+
+def test_weld_opened_in_a_transport(recording):
+    recording.grasp[during(CARRY), 1] = NOTHING
+    violation = only(verify(recording), "grasp")
+    assert violation.who == ("a2",)
+    assert (violation.step, violation.time) == (CARRY, pytest.approx(2.4))
+
+
+def test_weld_opened_while_idle(recording):
+    """a1 holds the crate while a2 lets it go."""
+    recording.grasp[during(RELEASE), 0] = NOTHING
+    assert only(verify(recording), "grasp").who == ("a1",)
+
+
+def test_welded_to_the_wrong_object(recording):
+    recording.grasp[during(CARRY), 1] = 1
+    assert "o2 instead of o1" in only(verify(recording), "grasp").what
+
+
+def test_bystander_is_welded(recording):
+    recording.grasp[during(CARRY), 2] = 0
+    assert only(verify(recording), "grasp").who == ("a3",)
+
+
+def test_grasp_never_made(recording):
+    recording.grasp[during(GRASP, 0, PER_STEP), 0] = NOTHING
+    assert only(verify(recording), "grasp").what == "a1 has not grasped o1"
+
+
+def test_release_never_made(recording):
+    recording.grasp[during(RELEASE, 0, PER_STEP), 1] = 0
+    assert only(verify(recording), "grasp").what == "a2 has not released o1"
+
+
+def test_grasp_that_flickers(recording):
+    recording.grasp[during(GRASP, 10, 20), 0] = 0
+    assert only(verify(recording), "grasp").what == "a1 changes its grasp 3 times in one step"
+
+
+@pytest.mark.parametrize(("field", "size"), [("weld_gap", 4e-3), ("weld_angle", np.deg2rad(0.6))])
+def test_weld_gapes(recording, field, size):
+    getattr(recording, field)[during(CARRY), 1] = size
+    violation = only(verify(recording), "weld")
+    assert (violation.who, violation.worst) == (("a2",), size)
+    verdict = verify(recording)
+    assert max(verdict.max_weld_error, verdict.max_weld_angle) == size
+
+
+def test_transport_by_others_than_the_holders(recording):
+    """a2 still holds what a1 alone is said to carry."""
+    wrong = dataclasses.replace(
+        recording.steps[CARRY], actions=({**recording.steps[CARRY].actions[0], "agents": ["a1"]},)
+    )
+    steps = (*recording.steps[:CARRY], wrong, *recording.steps[CARRY + 1 :])
+    verdict = verify(dataclasses.replace(recording, steps=steps))
+    assert "o1 is carried by others than those that grasp it" in {v.what for v in verdict.violations}
+
+
+# Objects, V, rest.
+
+
+def test_object_moves_though_nobody_carries_it(recording):
+    recording.pose["o2"][during(CARRY), 4] += 0.02
+    violation = only(verify(recording), "object")
+    assert (violation.who, violation.worst) == (("o2",), pytest.approx(0.02))
+
+
+def test_object_creeps(recording):
+    """2.5 mm in each step: little, but it adds up."""
+    recording.pose["o2"][:, 4] += 0.0025 * recording.time
+    assert only(verify(recording), "object").step > 1
+
+
+def test_object_turns_though_nobody_carries_it(recording):
+    half = np.deg2rad(3.0) / 2
+    recording.pose["o2"][during(CARRY), :4] = [np.cos(half), 0.0, 0.0, np.sin(half)]
+    violation = only(verify(recording), "object")
+    assert violation.worst == pytest.approx(np.deg2rad(3.0))
+
+
+def test_lyapunov_rises(recording):
+    recording.lyapunov[during(CARRY)] += 3.0
+    verdict = verify(recording)
+    violation = only(verdict, "lyapunov")
+    assert violation.step == CARRY
+    assert verdict.max_lyapunov_increase == violation.worst == pytest.approx((3.0 - 79.9 / 49) / 80.0)
+
+
+def test_lyapunov_creeps_up(recording):
+    """Each sample alone would pass."""
+    recording.lyapunov[during(CARRY, 0, PER_STEP)] = 80.0 * (1.0 + 5e-7 * np.arange(PER_STEP))
+    assert only(verify(recording), "lyapunov").worst == pytest.approx(49 * 5e-7)
+
+
+def test_lyapunov_may_jump_between_steps_and_phases(recording):
+    recording.phase[during(TRAVEL, 30, PER_STEP)] = 1
+    recording.lyapunov[during(TRAVEL, 30, PER_STEP)] = 1e3
+    assert verify(recording).satisfied
+
+
+def test_movement_without_lyapunov_function(recording):
+    recording.lyapunov[:] = 0.0
+    assert kinds(verify(recording)) == {"lyapunov"}
+
+
+@pytest.mark.parametrize("member", ["a1", "o1"])
+def test_not_at_rest(recording, member):
+    velocity = recording.qd[member] if member == "a1" else recording.velocity[member]
+    velocity[(CARRY + 1) * PER_STEP, -1] = 0.1
+    violation = only(verify(recording), "rest")
+    assert (violation.who, violation.step, violation.worst) == ((member,), CARRY, 0.1)
+
+
+# Formulas and the loop.
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "who"),
+    [
+        ("GF pi1 & G !pi3", "G !pi1", ("a1",)),
+        ("GF dock & GF pi3", "GF dock & FG !pi3", ("a2",)),
+        ("GF pi1 & GF pi2", "FG pi1", ("o1",)),
+        ("G(o1.pi1 -> F a2.pi3)", "F(o1.pi1 & G !a2.pi3)", ()),
+        ("GF pi1 & G !pi3", "X X pi1", ("a1",)),  # positions count: it is there at first and after three steps
+    ],
+)
+def test_formula_violated(recording, old, new, who):
+    violation = only(verify(respecified(recording, old, new)), "formula")
+    assert violation.who == who
+    assert violation.time is None
+
+
+def test_round_does_not_close(recording):
+    """A suffix of six states would lead from the crate in pi2 to the crate in pi1, held."""
+    verdict = verify(dataclasses.replace(recording, suffix_length=6))
+    assert {v.who for v in verdict.violations if v.kind == "loop"} == {("a1",), ("a2",), ("o1",)}
+
+
+def test_prefix_counts_as_well(recording):
+    """One more state in the prefix, one less to go round: no longer closed, as grasps differ."""
+    verdict = verify(dataclasses.replace(recording, prefix_length=2, suffix_length=7))
+    assert "loop" in kinds(verdict)
+
+
+# How it ended.
+
+
+def test_early_stop(draw):
+    """Safety of what happened is judged, nothing else is found wrong."""
+    stopped = dataclasses.replace(draw(5), completed=False, reason="interrupted")
+    violation = only(verify(stopped), "run")
+    assert "interrupted" in str(violation)
+    stopped.centre["a3"][during(GRASP), 1] -= 1.0
+    assert kinds(verify(stopped)) == {"run", "clearance"}
+
+
+def test_stop_in_the_midst_of_a_step(recording):
+    """What the step was to reach is not asked for; what it must not touch is."""
+    kept = _first_samples(recording, CARRY * PER_STEP + 25)
+    stopped = dataclasses.replace(kept, completed=False, reason="step 3 did not finish within 300 s")
+    assert only(verify(stopped), "run").step == CARRY
+    assert len(verify(stopped).word) == 3
+
+
+def test_less_than_one_round(draw):
+    violation = only(verify(draw(8)), "run")
+    assert violation.what.startswith("8 of the 9 steps")
+
+
+def test_stop_after_a_whole_round_is_still_a_stop(recording):
+    assert only(verify(dataclasses.replace(recording, completed=False, reason="interrupted")), "run").worst is None
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_not_finite(recording, value):
+    recording.qd["a2"][during(CARRY), 1] = value
+    verdict = verify(recording)
+    violation = next(v for v in verdict.violations if v.kind == "data")
+    assert (violation.who, violation.step, violation.time) == (("qd of a2",), CARRY, pytest.approx(2.4))
+    assert kinds(verdict) == {"data", "run"}  # what follows is not judged, so no round is seen
+    assert np.isfinite(list(verdict.min_clearance.values())).all()
+
+
+def test_not_finite_from_the_start(recording):
+    recording.lyapunov[0] = np.nan
+    verdict = verify(recording)
+    assert not verdict.satisfied
+    assert kinds(verdict) == {"data"}
+
+
+def test_no_samples(recording):
+    nothing = dataclasses.replace(_first_samples(recording, 0), completed=False, reason="interrupted")
+    assert kinds(verify(nothing)) == {"data", "run"}
+
+
+@pytest.mark.parametrize("spoil", ["gap", "backwards", "thinned"])
+def test_time(recording, spoil):
+    if spoil == "gap":
+        recording.time[200:] += 0.5
+    elif spoil == "backwards":
+        recording.time[200:] -= 0.5
+    else:
+        recording.time[:] *= 2.0
+    assert only(verify(recording), "data").who == ("time",)
+
+
+def test_no_quaternion(recording):
+    recording.pose["o2"][during(CARRY), :4] *= 2.0
+    assert only(verify(recording), "data").who == ("o2",)
+
+
+def _first_samples(recording: Recording, count: int) -> Recording:
+    """The run as it stood after so many samples."""
+    fields = {}
+    for field in dataclasses.fields(Recording):
+        value = getattr(recording, field.name)
+        if isinstance(value, np.ndarray):
+            fields[field.name] = value[:count]
+        elif field.name in ("q", "qd", "centre", "pose", "velocity"):
+            fields[field.name] = {name: array[:count] for name, array in value.items()}
+    last = int(fields["step"][-1]) + 1 if count else 0
+    return dataclasses.replace(recording, steps=recording.steps[:last], **fields)
