@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
@@ -41,7 +42,8 @@ class MissionDiagram:
 
     def CreateStartContext(self) -> Context:
         """A context with every body at its start, at rest, and every weld inactive."""
-        context = self.diagram.CreateDefaultContext()
+        with without_half_space_warning():
+            context = self.diagram.CreateDefaultContext()
         plant = self.transport_plant.plant
         plant_context = plant.GetMyMutableContextFromRoot(context)
         self.transport_plant.ReleaseAll(plant_context)

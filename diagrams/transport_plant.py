@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, HalfSpace, SceneGraph
+from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, HalfSpace, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
@@ -59,9 +59,7 @@ def AddTransportPlant(builder: DiagramBuilder, scenario: Scenario, models: Measu
         discrete_contact_approximation="lagged",
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
-    floor = plant.RegisterCollisionGeometry(
-        plant.world_body(), HalfSpace.MakePose(np.array([0.0, 0, 1]), np.zeros(3)), HalfSpace(), "floor", FRICTION
-    )
+    floor = _add_floor(plant)
     agents = {agent.name: AddAgentModel(plant, agent) for agent in scenario.agents}
     objects = {obj.name: AddObjectModel(plant, obj) for obj in scenario.objects}
     welds = all_welds(models)
@@ -70,6 +68,12 @@ def AddTransportPlant(builder: DiagramBuilder, scenario: Scenario, models: Measu
     assert plant.get_discrete_contact_approximation() == DiscreteContactApproximation.kLagged
     _filter_contact(plant, scene_graph, floor, agents, objects)
     return TransportPlant(plant, scene_graph, agents, objects, welds, weld_ids)
+
+
+def _add_floor(plant: MultibodyPlant) -> GeometryId:
+    """A half-space: crates stand still on it, on a large box they would drift."""
+    pose = HalfSpace.MakePose(np.array([0.0, 0.0, 1.0]), np.zeros(3))
+    return plant.RegisterCollisionGeometry(plant.world_body(), pose, HalfSpace(), "floor", FRICTION)
 
 
 def _add_weld(
@@ -90,7 +94,7 @@ def _add_weld(
 def _filter_contact(
     plant: MultibodyPlant,
     scene_graph: SceneGraph,
-    floor,
+    floor: GeometryId,
     agents: Mapping[str, ModelInstanceIndex],
     objects: Mapping[str, ModelInstanceIndex],
 ) -> None:

@@ -11,7 +11,7 @@ from drake_ltl.multibody.collision_balls import body_balls, moved
 from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel
 from drake_ltl.scenario.model import Agent
 
-ARM_WEIGHT = 0.25
+ARM_WEIGHT = 0.1
 """Of a joint's error in gamma [m^2/rad^2]: the arm's inertia is small, a stiffer goal would need shorter time steps."""
 NUM_BASE_JOINTS = 2
 """An agent's first two joints move its base along the world's x and y."""
