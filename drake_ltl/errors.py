@@ -50,12 +50,14 @@ class CertificateError(DrakeLtlError):
 class PlacementError(DrakeLtlError):
     """A plan's bodies cannot be placed in their regions.
 
-    `step` is the index of the plan's move that failed, `region` where it failed, if that is known.
+    `step` is the index of the plan's move that failed, `region` where it failed and `bodies` the agents and
+    objects that are in each other's way there, as far as that is known.
     """
 
-    def __init__(self, message: str, step: int, region: str | None = None):
+    def __init__(self, message: str, step: int, region: str | None = None, bodies: Sequence[str] = ()):
         self.step = step
         self.region = region
+        self.bodies = tuple(bodies)
         super().__init__(message)
 
 

@@ -31,6 +31,8 @@ class Constraint:
     """What is wrong where it does not hold."""
     region: str = ""
     """Where that is."""
+    bodies: frozenset[str] = frozenset()
+    """Who is concerned."""
     spacing: bool = True
     """Whether slack beyond what is needed is worth something."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.initial import initial_state
 from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.placement import place
-from drake_ltl.planning.plan import Plan, State
+from drake_ltl.planning.plan import Plan
 from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import TransitionSystem, form
@@ -32,10 +33,10 @@ def plan_mission(
 ) -> Mission:
     """A mission of small cost among the plans whose bodies can be placed.
 
-    The plan of least cost is placed. If that fails at some transition, all transitions are excluded that do the
-    same in the region concerned, whatever goes on elsewhere, and planning starts again. What can be placed may
-    depend on how things got where they are, so if nothing is left, planning starts once more with only those
-    transitions excluded that have failed themselves.
+    The plan of least cost is placed. If that fails at some transition, all transitions are excluded in which the
+    bodies concerned do the same in the region concerned, whatever else goes on, and planning starts again. That
+    may be more than what is impossible, for much depends on how things got where they are. So if no plan is left,
+    fewer transitions are excluded: those in which all in the region do the same; at last those that have failed.
 
     Args:
         scenario: the problem.
@@ -54,15 +55,15 @@ def plan_mission(
     """
     fits = fits or GeometricFits(scenario, geometry)
     start, system = initial_state(scenario, starts), form(scenario, fits, sum_rule(scenario))
-    alike, itself = np.zeros((2, system.n_transitions), dtype=bool)
+    widths = list(np.zeros((3, system.n_transitions), dtype=bool))
     failures: list[str] = []
-    excluded, least = alike, None
+    least: Plan | None = None
     while len(failures) < max_attempts:
         try:
-            found = plan(scenario, start, fits, system=system.keep(~excluded) if failures else system)
+            found = plan(scenario, start, fits, system=system.keep(~widths[0]) if failures else system)
         except InfeasibleError as error:
-            if excluded is alike and not np.array_equal(alike, itself):
-                excluded = itself
+            if failures and len(widths) > 1:
+                del widths[0]
                 continue
             raise InfeasibleError(_because(str(error), failures)) from error
         least = least or found
@@ -70,30 +71,41 @@ def plan_mission(
             return place(_bounded(found, least), scenario, geometry, starts)
         except PlacementError as error:
             failures.append(str(error))
-            before, after = _transition(found, error.step)
-            itself |= _like(system, before, after, scenario.region_names)
-            alike |= _like(system, before, after, (error.region,) if error.region else scenario.region_names)
+            for width, more in zip(reversed(widths), _alike(system, found, error), strict=False):
+                width |= more
     raise InfeasibleError(_because(f"none of {max_attempts} plans can be carried out", failures))
 
 
-def _transition(found: Plan, step: int) -> tuple[State, State]:
-    run = (*found.states, found.suffix[0])
-    return run[step], run[step + 1]
+def _alike(system: TransitionSystem, found: Plan, error: PlacementError) -> list[NDArray[np.bool_]]:
+    """Transitions (E,) like the one that failed: itself, all in which its region does the same, and all in which
+    the bodies concerned do the same there."""
+    scenario, run = system.scenario, (*found.states, found.suffix[0])
+    ends = system.index(run[error.step]), system.index(run[error.step + 1])
+    everybody = (*scenario.agent_names, *scenario.object_names)
+    there = (error.region,) if error.region else scenario.region_names
+    return [
+        _same(system, ends, regions, bodies)
+        for regions, bodies in (
+            (scenario.region_names, everybody),
+            (there, everybody),
+            (there, error.bodies or everybody),
+        )
+    ]
 
 
-def _like(system: TransitionSystem, before: State, after: State, regions: tuple[str, ...]) -> NDArray[np.bool_]:
-    """Transitions (E,) in which the same bodies do the same in the regions."""
-    numbers = [system.scenario.region_names.index(name) for name in regions]
-    agents, objects = system.agent_regions, system.places
-    local = np.hstack(
-        [
-            np.where(np.isin(agents, numbers), system.options, -1),
-            np.where(np.isin(objects, numbers), objects, -1),
-        ]
-    )
-    from_alike = (local == local[system.index(before)]).all(axis=1)
-    to_alike = (local == local[system.index(after)]).all(axis=1)
-    return from_alike[system.sources] & to_alike[system.targets]
+def _same(
+    system: TransitionSystem, ends: tuple[int, int], regions: Sequence[str], bodies: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Transitions (E,) that are the same for some bodies as far as they are in some regions."""
+    scenario = system.scenario
+    numbers = [scenario.region_names.index(name) for name in regions]
+    agents = [name in bodies for name in scenario.agent_names]
+    objects = [name in bodies for name in scenario.object_names]
+    where = np.hstack([system.agent_regions[:, agents], system.places[:, objects]])
+    what = np.hstack([system.options[:, agents], system.places[:, objects]])
+    local = np.where(np.isin(where, numbers), what, -1)
+    from_same, to_same = ((local == local[end]).all(axis=1) for end in ends)
+    return from_same[system.sources] & to_same[system.targets]
 
 
 def _bounded(found: Plan, least: Plan) -> Plan:

@@ -58,7 +58,8 @@ def _failure(plan: Plan, timeline: Timeline, error: DeadEndError) -> PlacementEr
     step = timeline.plan_moves[reason.step]
     actions = "; ".join(_describe(action) for action in plan.moves[step]) or "nobody moves"
     message = f"move {step} ({actions}), whatever places are tried: {error}"
-    return PlacementError(message, step, reason.region)
+    bodies = frozenset().union(*(reason.bodies for reason in error.reasons))
+    return PlacementError(message, step, reason.region, sorted(bodies))
 
 
 def _layout(places: Places, values: Assignment, time: int) -> Layout:

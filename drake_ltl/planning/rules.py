@@ -205,7 +205,7 @@ class Rules:
 
         spacing = not (partners or at_its_object)
         key = (_key(a), _key(b), partners)
-        yield key, Constraint(a.scope | b.scope, slack, move, text, where, spacing)
+        yield key, Constraint(a.scope | b.scope, slack, move, text, where, a.members | b.members, spacing)
 
     def _inside(self, ball: _Ball, region: Region, move: int, where: str) -> tuple[Hashable, Constraint]:
         room = region.radius - ball.own - REGION_MARGIN
@@ -225,7 +225,7 @@ class Rules:
         def value(values: Assignment) -> Array:
             return slack(norm(ball.centre.value(values) - centre))
 
-        return (_key(ball), text), Constraint(ball.centre.scope, value, move, text, where, spacing=False)
+        return (_key(ball), text), Constraint(ball.centre.scope, value, move, text, where, ball.members, spacing=False)
 
     def _region(self, ball: _Ball, time: int) -> Region:
         return self._places.regions[self._timeline.region(min(ball.members), time)]
@@ -261,7 +261,9 @@ class Rules:
             return np.where(a.value(values) == b.value(values), 0.0, -1.0)
 
         where = self._places.region(stand).name
-        return (stand, other), Constraint(a.scope | b.scope, slack, other[0], text, where, spacing=False)
+        return (stand, other), Constraint(
+            a.scope | b.scope, slack, other[0], text, where, frozenset({stand.body}), spacing=False
+        )
 
     def _same_posture(self, stand: Stay) -> Iterator[tuple[Hashable, Constraint]]:
         """A stand with two ways in has one posture, unless it is at a stand-off, which sets it."""
@@ -283,12 +285,16 @@ class Rules:
             scope = direct.scope | numbers[0].scope | numbers[1].scope
             text = f"{stand.body} would come back in another posture"
             where = places.region(stand).name
-            yield (stand, other), Constraint(scope, slack, stand.times[-1], text, where, spacing=False)
+            yield (
+                (stand, other),
+                Constraint(scope, slack, stand.times[-1], text, where, frozenset({stand.body}), spacing=False),
+            )
 
     def _never(self, stay: Stay, move: int, text: str) -> tuple[Hashable, Constraint]:
         """What is impossible whatever is chosen."""
         where = self._places.region(stay).name
-        return stay, Constraint(frozenset(), lambda values: np.array(-1.0), move, text, where, spacing=False)
+        bodies = frozenset({stay.body})
+        return stay, Constraint(frozenset(), lambda values: np.array(-1.0), move, text, where, bodies, spacing=False)
 
 
 def _key(ball: _Ball) -> Hashable:
