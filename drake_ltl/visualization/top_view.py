@@ -135,6 +135,7 @@ def _draw_bodies(axes: Axes, view: View, row: int, *, begin: bool) -> None:
 def _draw_teams(axes: Axes, view: View, rows: np.ndarray) -> None:
     """The sphere of every team that carries within `rows`, where it sets out and where it sets down."""
     recording = view.recording
+    rows = rows[recording.step[rows] == recording.step[rows[0]]]  # the last one may see the next step begin
     for name in recording.objects:
         carrying = rows[carriers(recording, name)[rows].any(axis=1)]
         for row, style in zip(carrying[[0, -1]] if len(carrying) else (), ((0, (3, 2)), "-"), strict=False):
