@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
+from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, PortSwitch, VectorLogSink
@@ -24,6 +25,7 @@ from drake_ltl.systems.reach_controller import ReachController
 from drake_ltl.systems.supervision import Supervision
 from drake_ltl.systems.transition_controller import TransitionController
 from drake_ltl.systems.transport_controller import TransportController
+from drake_ltl.visualization.meshcat_scene import AddMissionVisualizer
 
 
 @dataclass(frozen=True)
@@ -57,11 +59,13 @@ def MakeMissionDiagram(
     models: MeasuredModels,
     *,
     num_steps: int,
+    meshcat: Meshcat | None = None,
     builder: DiagramBuilder | None = None,
 ) -> MissionDiagram:
     """Assembles the diagram that carries out the mission's first `num_steps` steps and then holds.
 
     Args:
+        meshcat: shows the mission while it runs; None runs it unseen.
         builder: one to which a user has added systems already; it is built here.
     """
     builder = DiagramBuilder() if builder is None else builder
@@ -80,6 +84,15 @@ def MakeMissionDiagram(
     }
     for agent in transport_plant.agents:
         _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports)
+    if meshcat is not None:
+        AddMissionVisualizer(
+            builder,
+            transport_plant=transport_plant,
+            supervisor=supervisor,
+            scenario=scenario,
+            models=models,
+            meshcat=meshcat,
+        )
     logs = {
         "state": LogVectorOutput(transport_plant.plant.get_state_output_port(), builder),
         "lyapunov": LogVectorOutput(field.get_lyapunov_output_port(), builder),

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pydot
+from pydrake.systems.framework import Diagram
+
 from drake_ltl.diagrams import MakeMissionDiagram
+from drake_ltl.errors import MissingDependencyError
 from drake_ltl.execution.runner import Run, RunMission, RunProgress
 from drake_ltl.multibody import MeasuredModels, MeasureGeometry
 from drake_ltl.planning.fits import published_fits
@@ -13,6 +17,8 @@ from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.mission_planner import plan_mission
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import check_starts
+from drake_ltl.visualization.meshcat_scene import MakeMeshcat
+from drake_ltl.visualization.recorded_page import StartPage, WritePage, captions_of, legend_of
 
 
 def measure(scenario: Scenario) -> MeasuredModels:
@@ -43,9 +49,48 @@ def simulate(
     models: MeasuredModels,
     *,
     suffix_rounds: int = 1,
+    live: bool = False,
+    page: Path | None = None,
+    graphviz: Path | None = None,
     report: Callable[[RunProgress], None] | None = None,
+    announce: Callable[[str], None] = print,
 ) -> Run:
-    """Carries the mission out in Drake's Simulator."""
+    """Carries the mission out in Drake's Simulator.
+
+    Args:
+        live: show the run in a browser while it goes on, at a computer's own pace; `announce` is told the address.
+        page: write a page here that replays the run.
+        graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
+        report: told of the progress once per simulated second.
+    """
     steps = num_steps(mission, suffix_rounds)
-    diagram = MakeMissionDiagram(mission, scenario, models, num_steps=steps)
-    return RunMission(diagram, num_steps=steps, report=report)
+    meshcat = MakeMeshcat() if live or page is not None else None
+    diagram = MakeMissionDiagram(mission, scenario, models, num_steps=steps, meshcat=meshcat)
+    if graphviz is not None:
+        write_graphviz(diagram.diagram, graphviz)
+    if live:
+        announce(f"watch at {meshcat.web_url()}")
+    if page is not None:
+        StartPage(meshcat, live=live)
+    result = RunMission(diagram, num_steps=steps, report=report)
+    if page is not None:
+        recording = result.recording
+        WritePage(meshcat, page, captions_of(recording), title=scenario.name, legend=legend_of(recording))
+    return result
+
+
+def write_graphviz(diagram: Diagram, path: Path) -> None:
+    """Writes the diagram of systems as DOT, or as SVG if the name ends in `.svg`.
+
+    Raises:
+        MissingDependencyError: SVG is asked for and Graphviz is not installed.
+    """
+    dot = diagram.GetGraphvizString(max_depth=1)
+    if path.suffix != ".svg":
+        path.write_text(dot, encoding="utf-8")
+        return
+    (graph,) = pydot.graph_from_dot_data(dot)
+    try:
+        graph.write_svg(str(path))
+    except FileNotFoundError as error:
+        raise MissingDependencyError("SVG needs Graphviz (Debian's `graphviz`); a name in .dot does not") from error

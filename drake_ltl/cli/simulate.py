@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
             live=args.meshcat,
             page=args.record,
             graphviz=args.graphviz,
+            announce=complain,
             report=_reporter(bar),
         )
     if args.recording is not None:

@@ -58,11 +58,15 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
 
 
 def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """One row per instant: of several samples at one time the last counts (welds are switched in between)."""
+    """One row per step of the plant: of several samples at one time the last counts (welds are switched there)."""
     logs = {name: sink.FindLog(root_context) for name, sink in mission.logs.items()}
     whole = min(log.num_samples() for log in logs.values())  # a run that fails may leave one log ahead of another
     time = logs["state"].sample_times()[:whole]
-    keep = np.append(np.diff(time) > 0.0, True) if whole else np.zeros(0, dtype=bool)
+    time_step = mission.transport_plant.plant.time_step()
+    number = np.round(time / time_step)
+    on_step = np.abs(time - number * time_step) < 1e-6 * time_step  # pages are published in between
+    keep = np.flatnonzero(on_step)
+    keep = keep[np.append(np.diff(number[keep]) > 0, True)] if len(keep) else keep
     state, status, lyapunov = (logs[name].data().T[:whole][keep] for name in ("state", "status", "lyapunov"))
     return time[keep], state, status, lyapunov[:, 0]
 

@@ -89,7 +89,13 @@ def _advance(
         limit = mission.scenario.simulation.step_time_limit
         if context.get_time() - progress.step_start > limit:
             return f"step {progress.count + 1} did not finish within {limit:g} s: {'; '.join(waiting)}"
-        _expect_own(mission, simulator.AdvanceTo(context.get_time() + REPORT_PERIOD))
+        _expect_own(mission, simulator.AdvanceTo(_next_boundary(mission, context.get_time())))
+
+
+def _next_boundary(mission: MissionDiagram, now: float) -> float:
+    """A time of a plant's step, to the last bit: else the boundary would be a sample of its own next to the step's."""
+    time_step = mission.transport_plant.plant.time_step()
+    return round((now + REPORT_PERIOD) / time_step) * time_step
 
 
 def _expect_own(mission: MissionDiagram, status: SimulatorStatus) -> None:
