@@ -1,4 +1,4 @@
-"""Who does what in a step: the sets Z, T_m, G and R of the paper, with what they exempt from each other."""
+"""Who does what in a step: the sets Z, T_m and G of the paper, with what they exempt from each other."""
 
 from __future__ import annotations
 
@@ -32,10 +32,8 @@ class Roles:
     transports: tuple[Mover, ...]
     grasping: Mapping[str, str]
     """agent g in G -> the object."""
-    releasing: Mapping[str, str]
-    """agent r in R -> the object."""
     exempt: frozenset[tuple[str, str]]
-    """(agent, object) pairs that touch by intention: held, or being grasped or released."""
+    """(agent, object) pairs that touch by intention: held when the step begins (and perhaps released), or grasped."""
 
     @property
     def movers(self) -> tuple[Mover, ...]:
@@ -57,16 +55,12 @@ class Roles:
 
 def step_roles(before: Expected, span: Span) -> Roles:
     """The roles of a step that begins as `before`."""
-    of_kind = {
-        kind: [a for a in span.actions if a["kind"] == kind] for kind in ("travel", "grasp", "release", "transport")
-    }
+    of_kind = {kind: [a for a in span.actions if a["kind"] == kind] for kind in ("travel", "grasp", "transport")}
     grasping = {agent: action["object"] for action in of_kind["grasp"] for agent in action["agents"]}
-    releasing = {agent: action["object"] for action in of_kind["release"] for agent in action["agents"]}
     held = {agent: obj for agent, obj in before.grasps.items() if obj is not None}
     return Roles(
         travels=tuple(Mover(agent, (), a["from"], a["to"]) for a in of_kind["travel"] for agent in a["agents"]),
         transports=tuple(Mover(a["object"], tuple(a["agents"]), a["from"], a["to"]) for a in of_kind["transport"]),
         grasping=grasping,
-        releasing=releasing,
-        exempt=frozenset([*held.items(), *grasping.items(), *releasing.items()]),
+        exempt=frozenset([*held.items(), *grasping.items()]),
     )

@@ -9,6 +9,7 @@ import pytest
 
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.verification import Verdict, Violation, verify
+from drake_ltl.verification.word import last_round
 
 PER_STEP = 50  # samples of one step, 1 s long
 TRAVEL, GRASP, CARRY, RELEASE, MIXED = 0, 1, 2, 3, 4  # numbers of steps
@@ -70,9 +71,20 @@ def test_more_rounds(draw):
     assert verify(draw(9 + 16)).satisfied
 
 
-def test_the_word_is_that_of_the_last_whole_round(draw):
-    """a2 visits pi3 in every round; half a round more changes nothing."""
+def test_half_a_round_more(draw):
     assert verify(draw(9 + 4)).satisfied
+
+
+def test_loop_that_begins_with_grasps(draw):
+    """States 3 and 11 are held by both; the weld that the next step opens at once still belongs to state 3."""
+    assert verify(dataclasses.replace(draw(11), prefix_length=3)).satisfied
+
+
+@pytest.mark.parametrize(
+    ("num_states", "expected"), [(1, None), (9, None), (10, (1, 9)), (17, (1, 9)), (18, (9, 17)), (26, (17, 25))]
+)
+def test_the_last_whole_round_counts(recording, num_states, expected):
+    assert last_round(recording, num_states) == expected
 
 
 def test_saved_and_loaded(recording, tmp_path):
