@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.recording is not None:
         result.recording.save(args.recording)
-    verdict = verify(result.recording)
+    verdict = verify(result.recording, scenario)
     out.print(verdict_table(verdict, scenario))
     data = to_json(verdict, wall_seconds=result.wall_seconds)
     write_json(args.json, data)

@@ -77,4 +77,5 @@ def _prism(radius: float, half_length: float) -> np.ndarray:
     angles = 2 * np.pi * np.arange(RIM_SEGMENTS) / RIM_SEGMENTS
     outer = radius / np.cos(np.pi / RIM_SEGMENTS)
     rim = np.column_stack([outer * np.cos(angles), outer * np.sin(angles), np.zeros(RIM_SEGMENTS)])
-    return np.concatenate([rim - [0, 0, half_length], rim + [0, 0, half_length]])
+    up = np.array([0.0, 0.0, half_length])
+    return np.concatenate([rim - up, rim + up])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ def least_beta(step, way):
     """Over the straight lines from the start by way of the points to the goal."""
     corners = [step.start[0, :2], *map(np.array, way), step.goal[0, :2]]
     least = np.inf
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in pairwise(corners):
         for share in np.linspace(0.0, 1.0, 200):
             p = step.at(np.array([[*(a + share * (b - a)), 0.4]]))
             least = min(least, step.relations.betas(p).min())

@@ -1,0 +1,43 @@
+# Everything happens in .venv, which is made anew whenever pyproject.toml changes.
+
+PYTHON ?= $(shell for p in python3.11 python3.12 python3.10 python3.13 python3; do \
+	$$p -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && echo $$p && break; done)
+BIN := .venv/bin
+export OPENBLAS_NUM_THREADS ?= 1
+
+.PHONY: help install demo test fast lint clean
+
+help:
+	@echo "make demo   plan, simulate and verify examples/case_ii.yaml; results under out/"
+	@echo "make test   all tests"
+	@echo "make fast   tests without whole missions"
+	@echo "make lint   ruff"
+	@echo "make clean  remove .venv and out"
+
+install: .venv/installed
+
+.venv/installed: pyproject.toml
+	@test -n "$(PYTHON)" || { echo "drake_ltl needs Python 3.10 to 3.13 on the path" >&2; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@
+
+demo: install
+	@mkdir -p out
+	$(BIN)/drake-ltl simulate examples/case_ii.yaml --report out --record out/page.html --json out/verdict.json \
+		--graphviz out/diagram.dot
+	@echo "recording out/recording.npz, page out/page.html (open it in a browser), figures out/*.png"
+
+test: install
+	$(BIN)/pytest
+
+fast: install
+	$(BIN)/pytest -m "not mission"
+
+lint: install
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+clean:
+	rm -rf .venv out
