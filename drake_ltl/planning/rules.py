@@ -45,6 +45,13 @@ class _Ball:
     """Whether it stands where the scenario puts it."""
     present: Quantity | None = None
     """Mask: whether it is there at all; None means always."""
+    load: str | None = None
+    """What a team carries: its sphere is the same whoever carries it."""
+
+    @property
+    def bodies(self) -> frozenset[str]:
+        """Who is to blame if there is no place for it."""
+        return self.members if self.load is None else frozenset({self.load})
 
     @property
     def scope(self) -> frozenset[int]:
@@ -166,7 +173,9 @@ class Rules:
             f"{action.object} carried by {', '.join(action.agents)}",
             {action.object, *action.agents},
         )
-        return _Ball(name, centre, constant(radius), radius, frozenset(members), special=True)
+        return _Ball(
+            name, centre, constant(radius), radius, frozenset(members), special=True, load=action.object
+        )
 
     def _transport(self, action: Action, move: int) -> Iterator[tuple[Hashable, Constraint]]:
         """A team's sphere is inside its goal region, and at its start clear of all but the region it leaves."""
@@ -205,7 +214,7 @@ class Rules:
 
         spacing = not (partners or at_its_object)
         key = (_key(a), _key(b), partners)
-        yield key, Constraint(a.scope | b.scope, slack, move, text, where, a.members | b.members, spacing)
+        yield key, Constraint(a.scope | b.scope, slack, move, text, where, a.bodies | b.bodies, spacing)
 
     def _inside(self, ball: _Ball, region: Region, move: int, where: str) -> tuple[Hashable, Constraint]:
         room = region.radius - ball.own - REGION_MARGIN
@@ -225,7 +234,7 @@ class Rules:
         def value(values: Assignment) -> Array:
             return slack(norm(ball.centre.value(values) - centre))
 
-        return (_key(ball), text), Constraint(ball.centre.scope, value, move, text, where, ball.members, spacing=False)
+        return (_key(ball), text), Constraint(ball.centre.scope, value, move, text, where, ball.bodies, spacing=False)
 
     def _region(self, ball: _Ball, time: int) -> Region:
         return self._places.regions[self._timeline.region(min(ball.members), time)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -76,9 +77,17 @@ def check_members(
             objects_table.note(where, what, "write one that covers the object and whoever grasps it")
 
 
-def check_agent_model(uri: str | None, base: Path | None, joints: tuple[float, ...] | None, entry: Table) -> str:
+@dataclass(frozen=True)
+class ModelFolder:
+    """Where relative paths of models start, and whether the files are looked into."""
+
+    path: Path | None
+    look: bool = True
+
+
+def check_agent_model(uri: str | None, folder: ModelFolder, joints: tuple[float, ...] | None, entry: Table) -> str:
     """The model's URI or absolute path, after a look into its file; `joints` are the arm's at the start."""
-    path = _existing(uri, base, "agents", entry)
+    path = _existing(uri, folder, "agents", entry)
     if path is None:
         return uri or ""
     remedy = (
@@ -92,23 +101,23 @@ def check_agent_model(uri: str | None, base: Path | None, joints: tuple[float, .
     return _stored(uri, path)
 
 
-def check_object_model(uri: str | None, base: Path | None, entry: Table) -> str:
+def check_object_model(uri: str | None, folder: ModelFolder, entry: Table) -> str:
     """The model's URI or absolute path, after a look into its file."""
-    path = _existing(uri, base, "objects", entry)
+    path = _existing(uri, folder, "objects", entry)
     if path is None:
         return uri or ""
     _look_into(lambda: model_files.check_object(path), "an object is an SDFormat file or a URDF", entry)
     return _stored(uri, path)
 
 
-def _existing(uri: str | None, base: Path | None, folder: str, entry: Table) -> Path | None:
-    if uri is None:
+def _existing(uri: str | None, folder: ModelFolder, kind: str, entry: Table) -> Path | None:
+    if uri is None or not folder.look:
         return None
-    remedy = f"write the path of a file, or one of: {listing(model_files.shipped(folder))}"
+    remedy = f"write the path of a file, or one of: {listing(model_files.shipped(kind))}"
 
     def find() -> Path:
         try:
-            path = model_files.resolve(uri, base)
+            path = model_files.resolve(uri, folder.path)
             exists = path.is_file()
         except (ValueError, OSError, RuntimeError) as error:  # a home folder that nobody has, a name too long
             raise UnfitValueError(f"{shown(uri)} cannot be found ({error})", remedy) from error

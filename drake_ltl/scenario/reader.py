@@ -42,26 +42,27 @@ def load(path: str | os.PathLike[str]) -> Scenario:
     return loads(yaml_text.read_text(file), base=file.parent, source_name=str(file))
 
 
-def loads(text: str, *, base: Path | None = None, source_name: str = "scenario") -> Scenario:
+def loads(text: str, *, base: Path | None = None, source_name: str = "scenario", check_models: bool = True) -> Scenario:
     """The scenario that `text` describes; see `load`.
 
     Args:
         text: YAML.
         base: folder at which relative paths of models start; default: the working folder.
         source_name: what messages call the text; the scenario's name if it gives none.
+        check_models: look into the model files; a recording can be judged where they are not.
     """
     data = yaml_text.parse(text, source_name)
     if not isinstance(data, dict):
         remedy = "write `regions:`, `agents:` and so on at the left margin"
         raise InvalidInputError([Mistake(source_name, f"{shown(data)} is not a map", remedy)])
     mistakes: list[Mistake] = []
-    scenario = _scenario(Table(data, "", mistakes), base, source_name)
+    scenario = _scenario(Table(data, "", mistakes), checks.ModelFolder(base, check_models), source_name)
     if mistakes:
         raise InvalidInputError(mistakes)
     return dataclasses.replace(scenario, source=text)
 
 
-def _scenario(top: Table, base: Path | None, source_name: str) -> Scenario:
+def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scenario:
     """Reads all, notes mistakes in the table; parts with mistakes hold None."""
     name = top.take("name", read.text, Path(source_name).stem)
     workspace = top.table("workspace")
@@ -75,8 +76,8 @@ def _scenario(top: Table, base: Path | None, source_name: str) -> Scenario:
     services = _services(top, agents_table, objects_table, regions)
     known = _known(services, checks.text_keys(agents_table, objects_table), regions)
     team_radius = top.take("team_radius", read.positive, None)
-    agents = _agents(agents_table, base, known)
-    objects = _objects(objects_table, base, known, team_radius)
+    agents = _agents(agents_table, folder, known)
+    objects = _objects(objects_table, folder, known, team_radius)
     checks.check_members(agents, objects, agents_table, objects_table)
     scenario = Scenario(
         name=name,
@@ -109,7 +110,7 @@ def _regions(table: Table) -> tuple[Region, ...]:
     return tuple(regions)
 
 
-def _agents(table: Table, base: Path | None, known: dict[Any, tuple[str, ...]]) -> tuple[Agent, ...]:
+def _agents(table: Table, folder: checks.ModelFolder, known: dict[Any, tuple[str, ...]]) -> tuple[Agent, ...]:
     agents = []
     for index, (name, entry) in enumerate(table.tables()):
         checks.note_name(name, table)
@@ -118,7 +119,7 @@ def _agents(table: Table, base: Path | None, known: dict[Any, tuple[str, ...]]) 
         agents.append(
             Agent(
                 name=name,
-                model=checks.check_agent_model(model, base, joints, entry),
+                model=checks.check_agent_model(model, folder, joints, entry),
                 position=entry.take("position", read.numbers(2, "[x, y] in m")),
                 heading=entry.take("heading", read.number, index * HEADING_STEP),
                 power=entry.take("power", read.positive, 1.0),
@@ -132,7 +133,7 @@ def _agents(table: Table, base: Path | None, known: dict[Any, tuple[str, ...]]) 
 
 
 def _objects(
-    table: Table, base: Path | None, known: dict[Any, tuple[str, ...]], team_radius: float | None
+    table: Table, folder: checks.ModelFolder, known: dict[Any, tuple[str, ...]], team_radius: float | None
 ) -> tuple[TransportObject, ...]:
     objects = []
     for name, entry in table.tables():
@@ -140,7 +141,7 @@ def _objects(
         objects.append(
             TransportObject(
                 name=name,
-                model=checks.check_object_model(entry.take("model", read.text), base, entry),
+                model=checks.check_object_model(entry.take("model", read.text), folder, entry),
                 position=entry.take("position", read.numbers(2, "[x, y] in m")),
                 power_needed=entry.take("power_needed", read.positive, 1.0),
                 spec=_spec(entry, known.get(name)),

@@ -122,6 +122,7 @@ def _draw_region(meshcat: Meshcat, region: Region, name_height: float) -> None:
     if disc > 0.0:
         colour = Rgba(*mixed(REGION, FLOOR, 1 - REGION_DISC_OPACITY))
         _disc(meshcat, f"{path}/disc", disc, -LAYER, colour, (x, y))
+        _ring(meshcat, f"{path}/ring", disc, 0.0, Rgba(*REGION), (x, y))
     meshcat.SetObject(f"{path}/ball", Sphere(region.radius), Rgba(*REGION, REGION_BALL_OPACITY))
     meshcat.SetTransform(f"{path}/ball", RigidTransform(np.array(region.centre)))
     let_through(meshcat, f"{path}/ball")
@@ -132,13 +133,24 @@ def _draw_region(meshcat: Meshcat, region: Region, name_height: float) -> None:
 
 def _disc(meshcat: Meshcat, path: str, radius: float, z: float, rgba: Rgba, at=(0.0, 0.0)) -> None:
     """A flat disc at height z; a cylinder of Meshcat's would show its corners."""
-    angles = 2 * np.pi / DISC_CORNERS * np.arange(DISC_CORNERS)
-    rim = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.zeros(DISC_CORNERS)])
-    vertices = np.hstack([np.zeros((3, 1)), rim])
+    vertices = np.hstack([np.zeros((3, 1)), _circle(radius)])
     corners = 1 + np.arange(DISC_CORNERS, dtype=np.int32)
     faces = np.stack([np.zeros_like(corners), corners, np.roll(corners, -1)])
     meshcat.SetTriangleMesh(path, vertices, faces, rgba)
     meshcat.SetTransform(path, RigidTransform(np.array([*at, z])))
+
+
+def _ring(meshcat: Meshcat, path: str, radius: float, z: float, rgba: Rgba, at=(0.0, 0.0)) -> None:
+    """A circle of one pixel's width."""
+    circle = _circle(radius)
+    meshcat.SetLine(path, np.hstack([circle, circle[:, :1]]), rgba=rgba)
+    meshcat.SetTransform(path, RigidTransform(np.array([*at, z])))
+
+
+def _circle(radius: float) -> np.ndarray:
+    """(3, DISC_CORNERS) points."""
+    angles = 2 * np.pi / DISC_CORNERS * np.arange(DISC_CORNERS)
+    return np.stack([radius * np.cos(angles), radius * np.sin(angles), np.zeros(DISC_CORNERS)])
 
 
 def _place_lights(meshcat: Meshcat) -> None:
@@ -152,7 +164,7 @@ def _place_lights(meshcat: Meshcat) -> None:
 
 def _place_camera(meshcat: Meshcat, radius: float) -> None:
     """Looks from the south; near and far planes fit the workspace, so that thin layers stay apart."""
-    target = np.array([0.0, -0.05 * radius, 0.0])
+    target = np.array([0.0, -0.12 * radius, 0.0])
     away = CAMERA_DISTANCE * radius * np.array([0.0, -np.cos(CAMERA_ELEVATION), np.sin(CAMERA_ELEVATION)])
     camera = Meshcat.PerspectiveCamera(fov=FIELD_OF_VIEW, aspect=1.6, near=0.02 * radius, far=30.0 * radius)
     meshcat.SetCamera(camera)

@@ -124,7 +124,6 @@ def set_text(meshcat: Meshcat, path: str, text: str, height: float, colour: Colo
     """A plate with text at `path`: upright, in its frame's xz plane, read from -y."""
     mesh = InMemoryMesh(mesh_file=MemoryFile(text_gltf(text, height, colour), ".gltf", text))
     meshcat.SetObject(path, Mesh(mesh_data=mesh))
-    meshcat.SetProperty(f"{path}/<object>", "renderOrder", 10.0)  # after every translucent ball
 
 
 def let_through(meshcat: Meshcat, path: str) -> None:

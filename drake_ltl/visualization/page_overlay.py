@@ -43,7 +43,7 @@ OVERLAY = """
   function seek(time) {
     viewer.animator.pause();
     viewer.animator.time_scrubber.setValue(time);
-    viewer.set_dirty && viewer.set_dirty();
+    viewer.set_dirty();
   }
 
   const ends = data.captions.slice(1).map(([begin]) => begin);
@@ -77,13 +77,22 @@ OVERLAY = """
     return members.flatMap((member) => member.children.name ? [member.children.name.object] : []);
   }
 
-  function face() {  // turn every name towards the camera
-    const camera = viewer.camera;
+  const place = (node) => node.getWorldPosition(viewer.camera.position.clone());
+  const reach = place(viewer.camera).length();
+  let seen = "";
+  function face() {  // turn every name towards the camera, draw it last, and smaller for who comes close
+    const towards = viewer.camera.getWorldQuaternion(viewer.camera.quaternion.clone());
+    const view = [...towards.toArray(), ...place(viewer.camera).toArray()].join();
+    if (view !== seen) viewer.set_dirty();
+    seen = view;
     for (const plate of plates()) {
+      const size = Math.min(1, 1.5 * place(plate).distanceTo(place(viewer.camera)) / reach);
+      const turned = plate.getWorldQuaternion(towards.clone()).invert().multiply(towards);
       for (const child of plate.children) {
-        plate.updateWorldMatrix(true, false);
-        const turned = plate.getWorldQuaternion(child.quaternion.clone()).invert();
-        child.quaternion.copy(turned.multiply(camera.getWorldQuaternion(turned.clone())));
+        child.quaternion.copy(turned);
+        child.scale.setScalar(size);
+        child.updateMatrix();  // not done by itself: Meshcat sets matrices whole
+        child.traverse((part) => { part.renderOrder = 10; });
       }
     }
   }

@@ -340,18 +340,20 @@ def there_and_back(states: Sequence[State], loop: int) -> list[State]:
     return [*states, *reversed(states[loop + 1 : -1])]
 
 
-@pytest.fixture
+TOOLS = SimpleNamespace(
+    scenario=make_scenario,
+    geometry=make_geometry,
+    plan=make_plan,
+    violations=violations,
+    random_states=random_states,
+    there_and_back=there_and_back,
+)
+"""What the tests of this folder share: makers of input, and the checker."""
+
+
+@pytest.fixture(scope="session")
 def tools() -> SimpleNamespace:
-    """What the tests of this folder share: makers of input, and the checker."""
-    return SimpleNamespace(
-        scenario=make_scenario,
-        geometry=make_geometry,
-        plan=make_plan,
-        actions=actions_between,
-        violations=violations,
-        random_states=random_states,
-        there_and_back=there_and_back,
-    )
+    return TOOLS
 
 
 @pytest.fixture
