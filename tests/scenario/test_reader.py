@@ -39,6 +39,7 @@ def dumped(scenario: Scenario) -> str:
         }
     data["workspace"] = {"radius": data.pop("workspace_radius")}
     data["controller"]["lambda"] = data["controller"].pop("lambda_")
+    del data["controller"]["kappa"]  # left out, it grows with the number of relations
     data["fits"] = data["fits"] or "geometric"
     del data["source"]
     return yaml.safe_dump(data, sort_keys=False)
