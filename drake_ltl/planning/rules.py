@@ -173,9 +173,7 @@ class Rules:
             f"{action.object} carried by {', '.join(action.agents)}",
             {action.object, *action.agents},
         )
-        return _Ball(
-            name, centre, constant(radius), radius, frozenset(members), special=True, load=action.object
-        )
+        return _Ball(name, centre, constant(radius), radius, frozenset(members), special=True, load=action.object)
 
     def _transport(self, action: Action, move: int) -> Iterator[tuple[Hashable, Constraint]]:
         """A team's sphere is inside its goal region, and at its start clear of all but the region it leaves."""
