@@ -306,8 +306,7 @@ class Supervision:
         return self._travel_left(task, now) if isinstance(task, TravelTask) else self._transport_left(task, now)
 
     def _speed(self, task: TravelTask | TransportTask, now: Measurement) -> float:
-        v = now.qd[task.agent] if isinstance(task, TravelTask) else now.V_WO[task.object][3:]
-        return float(np.abs(v).max())
+        return _fastest(now.qd[task.agent] if isinstance(task, TravelTask) else now.V_WO[task.object])
 
     # Reaches end.
 
@@ -325,7 +324,7 @@ class Supervision:
             return self._set(state, name, mode=Mode.HOLD, hold=now.q[name])
         angle, gap = self._misalignment(task, now)
         close = angle <= self._tolerances.weld_angle and gap <= self._tolerances.weld_position
-        if close and np.abs(now.qd[name]).max() <= WELD_SPEED:
+        if close and _fastest(now.qd[name]) <= WELD_SPEED:
             state = self._set(state, name, grasp=task.weld_index)
             return replace(state, revision=state.revision + 1)
         if now.time >= signals.reach[0] + signals.reach[1] + PATIENCE:
@@ -335,7 +334,7 @@ class Supervision:
     def _settle_release(self, state: Progress, task: ReleaseTask, signals: AgentSignals, now: Measurement) -> Progress:
         name = task.weld.agent
         goal = reach_ends(signals.reach)[1]
-        if np.abs(now.q[name] - goal).max() <= RETREATED:
+        if np.abs(now.q[name] - goal).max() <= RETREATED and _fastest(now.qd[name]) <= self._tolerances.speed:
             return self._set(state, name, mode=Mode.HOLD, hold=goal)
         return state
 
@@ -364,14 +363,14 @@ class Supervision:
         error, tolerances = now.q[task.agent] - task.q_goal, self._tolerances
         distance = float(np.linalg.norm(error[:NUM_BASE_JOINTS]))
         joint = float(np.abs(error[NUM_BASE_JOINTS:]).max())
-        speed = float(np.abs(now.qd[task.agent]).max())
+        speed = _fastest(now.qd[task.agent])
         if distance <= tolerances.position and joint <= tolerances.joint and speed <= tolerances.speed:
             return ""
         return f"{task.agent} is {distance:.2f} m from its place in {task.goal} (speed {speed:.2f} m/s)"
 
     def _transport_left(self, task: TransportTask, now: Measurement) -> str:
         distance = float(np.linalg.norm(now.X_WO[task.object].translation() - task.p_goal))
-        speed = float(np.linalg.norm(now.V_WO[task.object][3:]))
+        speed = max([float(np.linalg.norm(now.V_WO[task.object][3:])), *(_fastest(now.qd[a]) for a in task.team)])
         if distance <= self._tolerances.position and speed <= self._tolerances.speed:
             return ""
         team = f"{task.object} (carried by {', '.join(task.team)})"
@@ -382,3 +381,8 @@ class Supervision:
         agents = list(state.agents)
         agents[index] = replace(agents[index], **changes)
         return replace(state, agents=tuple(agents))
+
+
+def _fastest(qd: np.ndarray) -> float:
+    """Of all joints [m/s, rad/s]."""
+    return float(np.abs(qd).max())
