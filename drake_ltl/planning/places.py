@@ -195,7 +195,7 @@ class Places:
             return np.array([self.start.objects[stay.body].p_WO], dtype=float)
         region, height = self.region(stay), self.geometry.object_height[stay.body]
         reach = planar_reach(region, self.geometry.team_radius[stay.body], height)
-        return _about(region, rings(max(reach, 0.0), (24, 24, 12)), height)
+        return _about(region, rings(max(reach, 0.0), 24), height)
 
     def _stand_places(self, stay: Stay) -> Array:
         """Places (n, 3), heights to be added, of an agent that travels; AT_STANDOFF first where eligible."""
@@ -203,7 +203,7 @@ class Places:
         sources = self.postures.sources(stay)
         heights = sorted({z for source in sources for z in self.postures.heights(stay.body, source)})
         reaches = [max(planar_reach(region, radius, height), 0.0) for height in heights]
-        places = [_about(region, rings(reach, (60, 48, 36, 18)), 0.0) for reach in reaches]
+        places = [_about(region, rings(reach, 60), 0.0) for reach in reaches]
         if self.stays.approaches(stay) is not None:
             places.insert(AT_STANDOFF, np.zeros((1, 3)))
         return np.vstack(places)

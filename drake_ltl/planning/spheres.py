@@ -26,6 +26,9 @@ which goals are reached."""
 GOOD_SPACING = 0.5
 """Clearance beyond which more room is of no use to the navigation [m]."""
 
+_RING_SPACING = 0.6
+"""Distance of circles of places to choose from [m]."""
+
 
 def norm(vectors: Array) -> Array:
     """Euclidean lengths (...) of vectors (..., 3); several times faster than `numpy.linalg.norm` when small."""
@@ -42,14 +45,17 @@ def planar_reach(region: Region, radius: float, height: float) -> float:
     return math.sqrt(slant**2 - rise**2) if slant >= abs(rise) else -1.0
 
 
-def rings(reach: float, counts: tuple[int, ...]) -> Array:
-    """Points (n, 2) on concentric circles about the origin, the outermost of radius `reach` first.
+def rings(reach: float, outermost: int) -> Array:
+    """Points (n, 2) on concentric circles about the origin, from the radius `reach` [m] inwards, and the origin.
 
-    `counts` are the numbers of points on the circles from the outside in; the centre closes the list.
+    The outermost circle has `outermost` points: with 60, up to six bodies can stand evenly along the rim, which
+    is how they fit most tightly.
     """
+    count = min(max(math.ceil(reach / _RING_SPACING), 3), 8)
     circles = []
-    for ring, count in enumerate(counts):
-        angles = 2.0 * np.pi * np.arange(count) / count
-        radius = reach * (1.0 - ring / len(counts))
-        circles.append(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+    for ring in range(count):
+        share = 1.0 - ring / count
+        points = max(6 * round(outermost * share / 6.0), 6)
+        angles = 2.0 * np.pi * np.arange(points) / points
+        circles.append(reach * share * np.column_stack([np.cos(angles), np.sin(angles)]))
     return np.vstack([*circles, np.zeros((1, 2))])
