@@ -47,6 +47,35 @@ def program(case_ii, models, mission):
     return mission_program(mission, models, case_ii)
 
 
+@pytest.fixture(scope="session")
+def case_ii_run(case_ii, models, mission):
+    """Case ii carried out with two rounds of its suffix, so that the loop closes; on a request of marked tests only."""
+    from drake_ltl.mission import simulate
+
+    return simulate(mission, case_ii, models, suffix_rounds=2)
+
+
+SHUTTLE = """\
+name: shuttle
+workspace: {radius: 8.0}
+regions:
+  near: {centre: [-2.7, 0.0, 0.0], radius: 2.5}
+  far: {centre: [2.7, 0.5, 0.0], radius: 2.5}
+agents:
+  a1:
+    model: package://drake_ltl_models/agents/planar_arm.urdf
+    position: [-2.5, 0.0]
+    power: 1
+    spec: "GF near & GF far"
+"""
+
+
+@pytest.fixture(scope="session")
+def shuttle_text() -> str:
+    """One agent between two regions: the quickest mission that moves."""
+    return SHUTTLE
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Fast tests first: whole missions come last."""
     items.sort(key=lambda item: item.get_closest_marker("mission") is not None)

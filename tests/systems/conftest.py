@@ -1,0 +1,95 @@
+"""Systems evaluated at Context level, and plants that owe nothing to the library's own models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from drake_ltl.models import package_xml
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_ltl.planning.mission import Layout
+from drake_ltl.systems.program import start_configuration
+
+ARM = package_xml().parent / "agents" / "planar_arm.urdf"
+
+
+@pytest.fixture(scope="session")
+def evaluate() -> Callable:
+    """evaluate(system, port, {input: value}, time=0): the value of an output port in a fresh Context."""
+
+    def evaluate(system: LeafSystem, port, inputs: dict, time: float = 0.0):
+        context = system.CreateDefaultContext()
+        context.SetTime(time)
+        for name, value in inputs.items():
+            system.GetInputPort(name).FixValue(context, np.asarray(value, dtype=float))
+        return port.Eval(context)
+
+    return evaluate
+
+
+@pytest.fixture(scope="session")
+def arm_plant() -> Callable[..., MultibodyPlant]:
+    """arm_plant(heading, builder=None, time_step=0): a finalized plant of the planar arm alone."""
+
+    def make(heading: float, builder: DiagramBuilder | None = None, time_step: float = 0.0) -> MultibodyPlant:
+        plant = MultibodyPlant(time_step) if builder is None else builder.AddSystem(MultibodyPlant(time_step))
+        mount = '<origin xyz="0 0 0.2" rpy="0 0 0"/>'
+        text = ARM.read_text(encoding="utf-8")
+        assert text.count(mount) == 1
+        parser = Parser(plant)
+        parser.AddModelsFromString(text.replace(mount, f'<origin xyz="0 0 0.2" rpy="0 0 {heading!r}"/>'), "urdf")
+        plant.Finalize()
+        return plant
+
+    return make
+
+
+@dataclass
+class World:
+    """Where everything stands and how fast it moves."""
+
+    q: dict[str, np.ndarray]
+    qd: dict[str, np.ndarray]
+    X_WO: dict[str, RigidTransform]
+    V_WO: dict[str, np.ndarray]
+
+    def state(self, name: str) -> np.ndarray:
+        """As the plant's state port has it: (q, qd), or quaternion, origin, angular and linear velocity."""
+        if name in self.q:
+            return np.concatenate([self.q[name], self.qd[name]])
+        X = self.X_WO[name]
+        return np.concatenate([X.rotation().ToQuaternion().wxyz(), X.translation(), self.V_WO[name]])
+
+    @property
+    def anchor(self) -> np.ndarray:
+        return np.concatenate([*self.q.values(), *(X.translation() for X in self.X_WO.values())])
+
+
+@pytest.fixture
+def world_at(models) -> Callable[[Layout], World]:
+    """world_at(layout): all bodies at rest in their places."""
+
+    def configuration(layout: Layout, agent: str) -> np.ndarray:
+        stand = layout.agents[agent]
+        if stand.grasp is None:
+            return start_configuration(stand, agent, models)
+        obj, option = stand.grasp
+        (grasp,) = (g for g in models.grasps[agent, obj] if g.name == option)
+        return grasp.q + np.array([*layout.objects[obj][:2], *np.zeros(len(grasp.q) - 2)])
+
+    def make(layout: Layout) -> World:
+        q = {agent: configuration(layout, agent) for agent in models.agents}
+        return World(
+            q,
+            {agent: np.zeros_like(value) for agent, value in q.items()},
+            {name: RigidTransform(np.array(layout.objects[name])) for name in models.objects},
+            {name: np.zeros(6) for name in models.objects},
+        )
+
+    return make
