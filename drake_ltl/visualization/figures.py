@@ -7,6 +7,7 @@ from pathlib import Path
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.data import finite_part
 from drake_ltl.visualization.time_figures import clearance_figure, lyapunov_figure
 from drake_ltl.visualization.trajectory_figures import trajectory_figures
 
@@ -25,10 +26,11 @@ def write_report_figures(
     """
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
+    recording = finite_part(recording)
     if not len(recording.time):
         return []
     return [
         *trajectory_figures(recording, scenario, directory, formats),
         *lyapunov_figure(recording, directory, formats),
-        *clearance_figure(recording, directory, formats),
+        *clearance_figure(recording, scenario, directory, formats),
     ]

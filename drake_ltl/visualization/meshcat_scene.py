@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.geometry import (
@@ -18,7 +19,6 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_ltl.diagrams.transport_plant import TransportPlant
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Region, Scenario
 from drake_ltl.systems.plan_supervisor import PlanSupervisor
@@ -35,6 +35,9 @@ from drake_ltl.visualization.palette import (
     agent_colours,
     mixed,
 )
+
+if TYPE_CHECKING:  # diagrams are assembled with this module
+    from drake_ltl.diagrams.transport_plant import TransportPlant
 
 ACCENT_PREFIX = "accent"
 """Visual geometries of an agent that begin with this are painted in the agent's colour."""

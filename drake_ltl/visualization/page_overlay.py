@@ -78,21 +78,26 @@ OVERLAY = """
   }
 
   const place = (node) => node.getWorldPosition(viewer.camera.position.clone());
-  const reach = place(viewer.camera).length();
   let seen = "";
-  function face() {  // turn every name towards the camera, draw it last, and smaller for who comes close
+  function height(mesh) {
+    if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+    return mesh.geometry.boundingBox.max.y - mesh.geometry.boundingBox.min.y;
+  }
+
+  function face() {  // turn every name towards the camera, draw it last, and keep it small for who comes close
     const towards = viewer.camera.getWorldQuaternion(viewer.camera.quaternion.clone());
     const view = [...towards.toArray(), ...place(viewer.camera).toArray()].join();
     if (view !== seen) viewer.set_dirty();
     seen = view;
     for (const plate of plates()) {
-      const size = Math.min(1, 1.5 * place(plate).distanceTo(place(viewer.camera)) / reach);
+      const largest = 0.03 * place(plate).distanceTo(place(viewer.camera));
       const turned = plate.getWorldQuaternion(towards.clone()).invert().multiply(towards);
       for (const child of plate.children) {
         child.quaternion.copy(turned);
-        child.scale.setScalar(size);
-        child.updateMatrix();  // not done by itself: Meshcat sets matrices whole
-        child.traverse((part) => { part.renderOrder = 10; });
+        child.traverse((part) => {
+          part.renderOrder = 10;
+          if (part.geometry) child.scale.setScalar(Math.min(1, largest / height(part)));
+        });
       }
     }
   }

@@ -17,7 +17,7 @@ def _rgb(code: str) -> Colour:
 
 
 AGENT_HUES = tuple(map(_rgb, ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")))
-OBJECT_HUES = tuple(map(_rgb, ("#6B4A1E", "#7A1F4F", "#44505C", "#6E6E00")))
+OBJECT_HUES = tuple(map(_rgb, ("#7A4A10", "#7A1F4F", "#5C6B7A", "#8A8A1A")))
 
 INK = _rgb("#22282E")
 """Text and outlines."""

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drake_ltl.systems.signals import Mode
+CARRIES = 3
+"""In the supervisor's status and in recordings: modes from this on carry object number mode - CARRIES."""
 
 
 def team_of(modes: Sequence[int], obj: int) -> list[int]:
     """Indices of the agents that carry object number `obj`."""
-    return [agent for agent, mode in enumerate(modes) if mode == Mode.TRANSPORT + obj]
+    return [agent for agent, mode in enumerate(modes) if mode == CARRIES + obj]
 
 
 def shown_agents(modes: Sequence[int]) -> list[bool]:
     """An agent's own sphere stands for it unless it is part of a carrying team."""
-    return [mode < Mode.TRANSPORT for mode in modes]
+    return [mode < CARRIES for mode in modes]
 
 
 def shown_objects(modes: Sequence[int], num_objects: int) -> list[bool]:

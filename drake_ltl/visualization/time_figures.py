@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_ltl.execution.recording import Recording
-from drake_ltl.visualization.clearances import clearances
-from drake_ltl.visualization.palette import AGENT_HUES, DANGER, GRID, INK, MUTED
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.visualization.clearances import Curve, clearance_curves
+from drake_ltl.visualization.palette import AGENT_HUES, DANGER, GRID, INK, MUTED, Colour
 from drake_ltl.visualization.style import HALO, write_figure
 
 SIZE = (8.2, 3.4)
@@ -19,8 +20,14 @@ MAX_BUCKETS = 2000
 """Drawn points of a curve: each stands for the least value of its bucket, so that no minimum is lost."""
 VISIBLE_CLEARANCE = 16.0
 """Clearances beyond this are not of interest [m]."""
-JUMP = 0.2
-"""Between two samples nothing moves this far [m]: a clearance that does is of another pair."""
+TICKS = (-4, -1, -0.25, 0, 0.1, 0.25, 0.5, 1, 2, 4, 8, 16)
+KINDS = {
+    "agent_agent": ("agent to agent", AGENT_HUES[0], "-"),
+    "agent_object": ("agent to object", AGENT_HUES[2], (0, (5, 1.5))),
+    "team_other": ("team to others", AGENT_HUES[1], "-"),
+    "forbidden_region": ("mover to other regions", MUTED, (0, (1.5, 1.5))),
+}
+"""Kinds of clearances that are drawn: label, colour and line. Border and resting objects are left out."""
 
 
 def lyapunov_figure(recording: Recording, directory: Path, formats: Sequence[str] = ("png",)) -> list[Path]:
@@ -28,10 +35,12 @@ def lyapunov_figure(recording: Recording, directory: Path, formats: Sequence[str
     return write_figure(lambda figure: _draw_lyapunov(figure, recording), SIZE, Path(directory) / "lyapunov", formats)
 
 
-def clearance_figure(recording: Recording, directory: Path, formats: Sequence[str] = ("png",)) -> list[Path]:
-    """Writes clearances.png: the smallest clearances [m] over time, their minima marked."""
+def clearance_figure(
+    recording: Recording, scenario: Scenario, directory: Path, formats: Sequence[str] = ("png",)
+) -> list[Path]:
+    """Writes clearances.png: the smallest clearances [m] over time, the least of each kind marked."""
     return write_figure(
-        lambda figure: _draw_clearances(figure, recording), SIZE, Path(directory) / "clearances", formats
+        lambda figure: _draw_clearances(figure, recording, scenario), SIZE, Path(directory) / "clearances", formats
     )
 
 
@@ -51,45 +60,39 @@ def _draw_lyapunov(figure: Figure, recording: Recording) -> None:
     _time_axis(axes, recording)
 
 
-def _draw_clearances(figure: Figure, recording: Recording) -> None:
+def _draw_clearances(figure: Figure, recording: Recording, scenario: Scenario) -> None:
     axes = figure.add_subplot()
-    gaps = clearances(recording)
-    curves = (
-        ("agent to agent", gaps.agent_agent, AGENT_HUES[0], "-"),
-        ("agent to object", gaps.agent_object, AGENT_HUES[2], (0, (5, 1.5))),
-        ("team to others", gaps.team_other, AGENT_HUES[1], "-"),
-    )
-    for label, gap, colour, style in curves:
-        _draw_gap(axes, recording.time, gap, label, colour, style)
-    least = min((float(gap.min(initial=np.inf)) for _, gap, _, _ in curves), default=np.inf)
+    curves = [curve for curve in clearance_curves(recording, scenario) if curve.kind in KINDS]
+    for kind, (label, colour, style) in KINDS.items():
+        _draw_kind(axes, [curve for curve in curves if curve.kind == kind], label, colour, style)
+    least = min((float(curve.value.min()) for curve in curves), default=0.0)
     bottom = min(-0.02, 1.2 * least)
     axes.set_yscale("function", functions=(_spread, _gathered))
-    axes.set_yticks([tick for tick in (-4, -1, -0.25, 0, 0.1, 0.25, 0.5, 1, 2, 4, 8, 16) if tick >= bottom])
+    axes.set_yticks([tick for tick in TICKS if tick >= bottom])
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylim(bottom, VISIBLE_CLEARANCE)
     axes.axhspan(bottom, 0.0, color=DANGER, alpha=0.15, lw=0)
     axes.axhline(0.0, color=DANGER, lw=0.9)
     axes.set_ylabel("smallest clearance [m]")
     axes.set_title("Clearances between spheres", loc="left", pad=22)
-    if axes.lines[:-1]:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.07), ncols=3, borderpad=0.0, columnspacing=1.4)
+    if curves:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.07), ncols=4, borderpad=0.0, columnspacing=1.4)
     _time_axis(axes, recording)
 
 
-def _draw_gap(axes: Axes, time: np.ndarray, gap: np.ndarray, label: str, colour, style) -> None:
-    if not np.isfinite(gap).any():
+def _draw_kind(axes: Axes, curves: list[Curve], label: str, colour: Colour, style) -> None:
+    for number, curve in enumerate(curves):
+        t, value = _least_in_buckets(curve.time, curve.value)
+        axes.plot(t, value, color=colour, ls=style, label=None if number else label)
+    if not curves:
         return
-    with np.errstate(invalid="ignore"):  # inf - inf
-        breaks = np.flatnonzero(~(np.abs(np.diff(gap)) <= JUMP)) + 1
-    stretches = [rows for rows in np.split(np.arange(len(gap)), breaks) if np.isfinite(gap[rows[0]])]
-    for number, rows in enumerate(stretches):
-        t, least = _least_in_buckets(time[rows], gap[rows])
-        axes.plot(t, least, color=colour, ls=style, label=None if number else label)
-    row = int(np.argmin(gap))
-    if gap[row] < VISIBLE_CLEARANCE:
-        axes.plot(time[row], gap[row], "o", color=colour, ms=4)
+    lowest = min(curves, key=lambda curve: curve.value.min())
+    row = int(np.argmin(lowest.value))
+    place = lowest.time[row], lowest.value[row]
+    if place[1] < VISIBLE_CLEARANCE:
+        axes.plot(*place, "o", color=colour, ms=4)
         axes.annotate(
-            f"{gap[row]:.2f}", (time[row], gap[row]), (5, 4), textcoords="offset points", color=colour,
+            f"{place[1]:.2f}", place, (5, 4), textcoords="offset points", color=colour,
             fontsize=8, weight="bold", path_effects=HALO, zorder=5,
         )  # fmt: skip
 
@@ -123,8 +126,8 @@ def _time_axis(axes: Axes, recording: Recording) -> None:
 
 def _segments(recording: Recording) -> list[np.ndarray]:
     """Sample indices of each stretch in which V is one function."""
-    key = recording.step * 4 + recording.phase
-    return np.split(np.arange(len(key)), np.flatnonzero(np.diff(key)) + 1)
+    changes = (np.diff(recording.step) != 0) | (np.diff(recording.phase) != 0)
+    return np.split(np.arange(len(recording.time)), np.flatnonzero(changes) + 1)
 
 
 def _strided(count: int) -> np.ndarray:

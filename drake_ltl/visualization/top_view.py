@@ -11,8 +11,8 @@ from matplotlib.patches import Circle, Polygon
 
 from drake_ltl.execution.recording import Recording, StepRecord
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.visualization.clearances import carriers
 from drake_ltl.visualization.palette import FLOOR, GRID, INK, MUTED, REGION, Colour, member_colours
+from drake_ltl.visualization.spheres import CARRIES
 from drake_ltl.visualization.style import HALO
 
 SIDES = np.array([(0.0, -1.0), (0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)])
@@ -136,8 +136,8 @@ def _draw_teams(axes: Axes, view: View, rows: np.ndarray) -> None:
     """The sphere of every team that carries within `rows`, where it sets out and where it sets down."""
     recording = view.recording
     rows = rows[recording.step[rows] == recording.step[rows[0]]]  # the last one may see the next step begin
-    for name in recording.objects:
-        carrying = rows[carriers(recording, name)[rows].any(axis=1)]
+    for index, name in enumerate(recording.objects):
+        carrying = rows[(recording.mode[rows] == CARRIES + index).any(axis=1)]
         for row, style in zip(carrying[[0, -1]] if len(carrying) else (), ((0, (3, 2)), "-"), strict=False):
             origin = recording.object_origin[name][row, :2]
             axes.add_patch(

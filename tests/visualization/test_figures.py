@@ -1,0 +1,105 @@
+import dataclasses
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from drake_ltl.visualization.figures import write_report_figures
+from drake_ltl.visualization.time_figures import _draw_clearances, _draw_lyapunov, _least_in_buckets
+from drake_ltl.visualization.top_view import View, draw_step, samples_of
+from drake_ltl.visualization.trajectory_figures import _joined
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def test_report_has_a_figure_for_each_step_and_the_curves(recording, scenario, tmp_path):
+    paths = write_report_figures(recording, scenario, tmp_path / "report")
+    names = ["step_01", "step_02", "step_03", "step_04", "steps", "lyapunov", "clearances"]
+    assert [path.name for path in paths] == [f"{name}.png" for name in names]
+    assert all(path.read_bytes().startswith(PNG) for path in paths)
+
+
+def test_vector_figures_are_the_same_for_the_same_recording(recording, scenario, tmp_path):
+    first = write_report_figures(recording, scenario, tmp_path / "first", formats=("svg", "pdf"))
+    second = write_report_figures(recording, scenario, tmp_path / "second", formats=("svg", "pdf"))
+    assert {path.suffix for path in first} == {".svg", ".pdf"}
+    for a, b in zip(first, second, strict=True):
+        assert a.read_bytes() == b.read_bytes()
+
+
+def test_a_run_that_stopped_at_once_is_drawn_as_far_as_it_went(recording, scenario, tmp_path):
+    def cut(array):
+        return array[:1]
+
+    groups = {
+        field: {name: cut(array) for name, array in getattr(recording, field).items()}
+        for field in ("q", "qd", "centre", "pose", "velocity")
+    }
+    arrays = {
+        field: cut(getattr(recording, field))
+        for field in ("time", "step", "phase", "mode", "grasp", "weld_gap", "weld_angle", "lyapunov")
+    }
+    step = dataclasses.replace(recording.steps[0], duration=0.0, finished=False)
+    one_sample = dataclasses.replace(recording, steps=(step,), completed=False, **groups, **arrays)
+    assert len(write_report_figures(one_sample, scenario, tmp_path)) == 4
+
+
+def test_a_step_is_drawn_with_begin_end_and_team(recording, scenario):
+    axes = Figure().add_subplot()
+    draw_step(axes, View.of(recording, scenario), recording.steps[2])
+    circles = [(patch.center, patch.radius) for patch in axes.patches if hasattr(patch, "center")]
+    assert {radius for _, radius in circles} == {1.0, 3.0}
+    team = [centre[0] for centre, radius in circles if radius == 3.0]
+    np.testing.assert_allclose(team, [10.0, -10.0])  # where it sets out and where it sets down
+    assert {text.get_text() for text in axes.texts} == {"a", "b", "crate", "idle"}
+    lengths = {len(line.get_xdata()) for line in axes.lines}
+    assert len(axes.lines) == 3  # a, b and the crate; what stays has no way
+    assert lengths == {len(samples_of(recording, recording.steps[2]))}
+
+
+def test_no_team_is_drawn_in_steps_that_carry_nothing(recording, scenario):
+    for step in (recording.steps[1], recording.steps[3]):
+        axes = Figure().add_subplot()
+        draw_step(axes, View.of(recording, scenario), step)
+        assert 3.0 not in {getattr(patch, "radius", None) for patch in axes.patches}
+
+
+def test_lyapunov_is_not_drawn_across_steps(recording):
+    figure = Figure()
+    _draw_lyapunov(figure, recording)
+    (axes,) = figure.axes
+    curves = [line for line in axes.lines if len(line.get_xdata()) > 2]
+    assert len(curves) == 2
+    assert axes.get_yscale() == "log"
+    assert {text.get_text() for text in axes.texts} == {"1", "2", "3", "4"}
+
+
+def test_a_run_without_motion_still_has_its_figures(recording, scenario):
+    still = dataclasses.replace(recording, lyapunov=np.zeros_like(recording.lyapunov))
+    for draw in (_draw_lyapunov, lambda figure, run: _draw_clearances(figure, run, scenario)):
+        figure = Figure()
+        draw(figure, still)
+        figure.savefig("/dev/null", format="png")
+
+
+def test_no_minimum_is_lost_in_drawing():
+    value = np.ones(100_000)
+    value[54_321] = -0.5
+    t, least = _least_in_buckets(np.arange(len(value), dtype=float), value)
+    assert len(t) < 5000
+    assert least.min() == -0.5
+
+
+@pytest.mark.parametrize("width", [1, 20, 200])
+def test_joined_lines_keep_every_part_whole(width):
+    parts = ["a: west → east", "b grasps crate in east", "c"]
+    lines = _joined(parts, width)
+    assert [part for line in lines for part in line.split("    ")] == parts
+    assert all(len(line) <= width or line in parts for line in lines)
+
+
+def test_figures_do_not_need_drake():
+    code = "import sys, drake_ltl.visualization.figures; sys.exit('pydrake' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
