@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -64,8 +65,17 @@ class MissionVisualizer:
 
 
 def MakeMeshcat(port: int | None = None) -> Meshcat:
-    """A Meshcat that only this computer can reach; a free port is taken unless one is given."""
-    return Meshcat(MeshcatParams(host="localhost", port=port))
+    """A Meshcat that only this computer can reach; a free port is taken unless one is given.
+
+    It is made silently: whoever wants it watched tells people its `web_url()`.
+    """
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        return Meshcat(MeshcatParams(host="localhost", port=port))
+    finally:
+        logger.setLevel(level)
 
 
 def AddMissionVisualizer(

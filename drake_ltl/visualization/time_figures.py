@@ -25,7 +25,7 @@ KINDS = {
     "agent_agent": ("agent to agent", AGENT_HUES[0], "-"),
     "agent_object": ("agent to object", AGENT_HUES[2], (0, (5, 1.5))),
     "team_other": ("team to others", AGENT_HUES[1], "-"),
-    "forbidden_region": ("mover to other regions", MUTED, (0, (1.5, 1.5))),
+    "forbidden_region": ("to other regions", MUTED, (0, (1.5, 1.5))),
 }
 """Kinds of clearances that are drawn: label, colour and line. Border and resting objects are left out."""
 
@@ -56,7 +56,7 @@ def _draw_lyapunov(figure: Figure, recording: Recording) -> None:
     if (V > 0.0).any():
         axes.set_yscale("log")
     axes.set_ylabel("V [J]")
-    axes.set_title("Lyapunov function of each step", loc="left", pad=22)
+    axes.set_title("Lyapunov function of each step", loc="left", pad=24)
     _time_axis(axes, recording)
 
 
@@ -74,9 +74,11 @@ def _draw_clearances(figure: Figure, recording: Recording, scenario: Scenario) -
     axes.axhspan(bottom, 0.0, color=DANGER, alpha=0.15, lw=0)
     axes.axhline(0.0, color=DANGER, lw=0.9)
     axes.set_ylabel("smallest clearance [m]")
-    axes.set_title("Clearances between spheres", loc="left", pad=22)
+    axes.set_title("Clearances between spheres", loc="left", pad=24)
     if curves:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.07), ncols=4, borderpad=0.0, columnspacing=1.4)
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.11), ncols=4, borderpad=0.0, columnspacing=1.2, handlelength=1.6
+        )
     _time_axis(axes, recording)
 
 

@@ -71,7 +71,10 @@ def draw_region_names(axes: Axes, view: View, step: StepRecord, *, font_size: fl
     """Names of the regions just outside them, on the side where there is most room in this step."""
     rows = samples_of(view.recording, step)
     rows = rows[_strided(len(rows), 50)]
-    busy = np.concatenate([points[rows, :2] for _, points in _moving(view.recording)])
+    names = [
+        edge + 0.06 * view.scenario.workspace_radius * away for edge, away in _name_places(view, rows[-1]).values()
+    ]
+    busy = np.concatenate([names, *(points[rows, :2] for _, points in _moving(view.recording))])
     for region in view.scenario.regions:
         centre = np.array(region.centre[:2])
         room = [np.linalg.norm(busy - (centre + 1.25 * region.radius * side), axis=1).min() for side in SIDES]
@@ -149,21 +152,28 @@ def _draw_teams(axes: Axes, view: View, rows: np.ndarray) -> None:
 
 
 def _draw_names(axes: Axes, view: View, row: int, font_size: float) -> None:
-    """Each name stands beside its body, on the side away from the bodies around it."""
+    for name, (edge, away) in _name_places(view, row).items():
+        axes.annotate(
+            name, edge, 7.5 * away, textcoords="offset points", ha="center", va="center",
+            color=view.colours[name], fontsize=font_size, weight="bold", zorder=7, path_effects=HALO,
+            annotation_clip=True, clip_on=True,
+        )  # fmt: skip
+
+
+def _name_places(view: View, row: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """For each member the point beside which its name stands, and the direction: away from the bodies around it."""
     recording = view.recording
     places = {name: points[row, :2] for name, points in _moving(recording)}
     radii = {**recording.object_radius, **recording.agent_radius}
+    beside = {}
     for name, place in places.items():
         near = [p for other, p in places.items() if other != name and np.linalg.norm(p - place) < 4 * radii[name]]
         away = place - np.mean(near, axis=0) if near else np.array([0.0, 1.0])
         length = np.linalg.norm(away)
         away = away / length if length > 1e-6 else np.array([0.0, 1.0])
         reach = radii[name] if name in recording.agents else 0.71 * radii[name]
-        axes.annotate(
-            name, place + reach * away, 7.5 * away, textcoords="offset points", ha="center", va="center",
-            color=view.colours[name], fontsize=font_size, weight="bold", zorder=7, path_effects=HALO,
-            annotation_clip=True, clip_on=True,
-        )  # fmt: skip
+        beside[name] = place + reach * away, away
+    return beside
 
 
 def _square(pose: np.ndarray, radius: float) -> np.ndarray:
