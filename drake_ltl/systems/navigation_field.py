@@ -137,21 +137,22 @@ class NavigationField(LeafSystem):
 
     def _field(self, context: Context) -> StepField | None:
         """phi of this interval: a pure function of the inputs named here, kept for as long as these stay."""
-        step = self._step.Eval(context)
-        anchor = self._anchor.Eval(context)
-        key = step.tobytes() + anchor.tobytes()
+        signal, anchor = self._step.Eval(context), self._anchor.Eval(context)
+        step = self._program.steps[unpack_step(signal)[0]]
+        reaching = [task.weld.agent for task in (*step.grasps, *step.releases)]
+        reaches = {name: self._reach[name].Eval(context) for name in reaching}
+        key = b"".join(array.tobytes() for array in (signal, anchor, *reaches.values()))
         if self._latest_field[0] != key:
-            self._latest_field = (key, self._build(context, step, anchor))
+            self._latest_field = (key, self._build(signal, anchor, reaches))
         return self._latest_field[1]
 
-    def _build(self, context: Context, signal: np.ndarray, anchor: np.ndarray) -> StepField | None:
+    def _build(self, signal: np.ndarray, anchor: np.ndarray, reaches: Mapping[str, np.ndarray]) -> StepField | None:
         index, phase, leg = unpack_step(signal)
         step = self._program.steps[index]
         if phase is not Phase.NAVIGATE or not (step.travels or step.transports):
             return None
-        reaching = [task.weld.agent for task in (*step.grasps, *step.releases)]
-        reaches = {name: reach_ends(self._reach[name].Eval(context)) for name in reaching}
-        return self._builder.field(*moving_tasks(step, leg, self._models), self._snapshot(anchor), reaches)
+        ends = {name: reach_ends(reach) for name, reach in reaches.items()}
+        return self._builder.field(*moving_tasks(step, leg, self._models), self._snapshot(anchor), ends)
 
     def _snapshot(self, anchor: np.ndarray) -> Snapshot:
         q, p_WO, start = {}, {}, 0
@@ -165,6 +166,9 @@ class NavigationField(LeafSystem):
         travels, transports = field.travels, field.transports
         states = {task.agent: self._state[task.agent].Eval(context) for task in travels}
         poses = {task.object: self._state[task.object].Eval(context) for task in transports}
+        for name, state in (states | poses).items():
+            if not np.isfinite(state).all():  # a plant's own check would end the process
+                raise ExecutionError(f"the state of {name} is not finite at t = {context.get_time():.3f} s")
         p = np.empty((len(travels) + len(transports), 3))
         gamma, slopes = 0.0, []
         for row, task in enumerate(travels):
@@ -184,7 +188,8 @@ class NavigationField(LeafSystem):
         points = field.relations.at(p)
         value, by_gamma, by_p = field.function.value_and_gradient(gamma, points)
         if not np.isfinite(by_gamma):
-            raise ExecutionError(self._why_not_finite(context, field, points))
+            violated = ", ".join(str(label) for label in field.function.violated(points))
+            raise ExecutionError(f"in collision: {violated}" if violated else f"no gradient at gamma = {gamma!r} m^2")
         k = self._scenario.controller.force
         agents = {
             task.agent: k
@@ -213,12 +218,6 @@ class NavigationField(LeafSystem):
         for task in field.transports:
             energy += _object_energy(self._models.objects[task.object], self._state[task.object].Eval(context))
         return energy
-
-    def _why_not_finite(self, context: Context, field: StepField, points: np.ndarray) -> str:
-        violated = field.function.violated(points)
-        if violated:
-            return "in collision: " + ", ".join(str(label) for label in violated)
-        return f"the state is not finite at t = {context.get_time():.3f} s"
 
 
 def rotation_error(quaternion: np.ndarray) -> tuple[float, np.ndarray]:

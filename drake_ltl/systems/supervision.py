@@ -328,7 +328,7 @@ class Supervision:
             state = self._set(state, name, grasp=task.weld_index)
             return replace(state, revision=state.revision + 1)
         if now.time >= signals.reach[0] + signals.reach[1] + PATIENCE:
-            return self._approach(state, task, now)
+            return self._approach(self._begin_interval(state, now), task, now)  # phi keeps clear of the new way
         return state
 
     def _settle_release(self, state: Progress, task: ReleaseTask, signals: AgentSignals, now: Measurement) -> Progress:
