@@ -71,7 +71,7 @@ class World:
         return np.concatenate([*self.q.values(), *(X.translation() for X in self.X_WO.values())])
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def world_at(models) -> Callable[[Layout], World]:
     """world_at(layout): all bodies at rest in their places."""
 
