@@ -95,7 +95,8 @@ def AddMissionVisualizer(
     DrawWorkspace(meshcat, scenario)
     params = MeshcatVisualizerParams(publish_period=PUBLISH_PERIOD, role=Role.kIllustration, prefix="bodies")
     bodies = MeshcatVisualizer.AddToBuilder(builder, transport_plant.scene_graph, meshcat, params)
-    overlay = builder.AddSystem(MissionOverlay(models, meshcat, name_height=NAME_HEIGHT * scenario.workspace_radius))
+    height = NAME_HEIGHT * scenario.workspace_radius
+    overlay = builder.AddSystem(MissionOverlay(models, meshcat, name_height=height, name_tilt=CAMERA_ELEVATION))
     builder.Connect(supervisor.get_status_output_port(), overlay.get_status_input_port())
     for name, instance in (transport_plant.agents | transport_plant.objects).items():
         builder.Connect(transport_plant.plant.get_state_output_port(instance), overlay.get_state_input_port(name))

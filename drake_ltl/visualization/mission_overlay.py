@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh, Meshcat, Rgba, Sphere
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
 
 from drake_ltl.multibody.measure import MeasuredModels
@@ -35,14 +35,19 @@ class MissionOverlay(LeafSystem):
     constructor; poses and visibility are published every PUBLISH_PERIOD with their time, so that they are recorded.
     """
 
-    def __init__(self, models: MeasuredModels, meshcat: Meshcat, *, name_height: float):
-        """`name_height` [m] of the plates that carry the agents' names; the objects' are smaller."""
+    def __init__(self, models: MeasuredModels, meshcat: Meshcat, *, name_height: float, name_tilt: float = 0.0):
+        """Names are written on plates.
+
+        Args:
+            name_height: of the agents' plates [m]; the objects' are smaller.
+            name_tilt: by which they lean back [rad]: the elevation of the camera for which they are made.
+        """
         super().__init__()
         self.set_name("mission_overlay")
         self._meshcat = meshcat
         self._agents, self._geometry = models.agents, models.geometry
         self._objects = tuple(models.objects)
-        self._name_height = name_height
+        self._name_height, self._name_tilt = name_height, name_tilt
         self._status = self.DeclareVectorInputPort("status", 2 + 2 * len(models.agents))
         self._state = {
             name: self.DeclareVectorInputPort(f"state_{name}", 2 * model.n) for name, model in models.agents.items()
@@ -73,9 +78,11 @@ class MissionOverlay(LeafSystem):
 
     def _set_name(self, name: str, p_MN: np.ndarray, height: float, colour: Colour) -> None:
         """An agent's name stands over it, an object's before it: those of a team are then apart."""
-        direction = p_MN / np.linalg.norm(p_MN)
+        outwards = 0.6 * height * p_MN / np.linalg.norm(p_MN)
+        off_the_floor = np.array([0.0, 0.0, 0.3 * height])
+        X_MN = RigidTransform(RotationMatrix.MakeXRotation(-self._name_tilt), p_MN + outwards + off_the_floor)
         set_text(self._meshcat, name_path(name), name, height, colour)
-        self._meshcat.SetTransform(name_path(name), RigidTransform(p_MN + 0.6 * height * direction))
+        self._meshcat.SetTransform(name_path(name), X_MN)
 
     def _set_ball(self, path: str, radius: float, colour: Colour, opacity: float) -> None:
         self._meshcat.SetObject(path, Sphere(radius), Rgba(*colour, opacity))
@@ -127,5 +134,6 @@ def set_text(meshcat: Meshcat, path: str, text: str, height: float, colour: Colo
 
 
 def let_through(meshcat: Meshcat, path: str) -> None:
-    """Keeps a translucent body from hiding translucent ones behind and inside it."""
+    """Keeps a translucent body from hiding translucent ones behind and inside it, and from veiling names."""
     meshcat.SetProperty(f"{path}/<object>", "material.depthWrite", False)
+    meshcat.SetProperty(f"{path}/<object>", "renderOrder", -1.0)

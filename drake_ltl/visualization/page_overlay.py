@@ -84,7 +84,7 @@ OVERLAY = """
     return mesh.geometry.boundingBox.max.y - mesh.geometry.boundingBox.min.y;
   }
 
-  function face() {  // turn every name towards the camera, draw it last, and keep it small for who comes close
+  function face() {  // turn every name towards the camera and keep it small for who comes close
     const towards = viewer.camera.getWorldQuaternion(viewer.camera.quaternion.clone());
     const view = [...towards.toArray(), ...place(viewer.camera).toArray()].join();
     if (view !== seen) viewer.set_dirty();
@@ -95,7 +95,6 @@ OVERLAY = """
       for (const child of plate.children) {
         child.quaternion.copy(turned);
         child.traverse((part) => {
-          part.renderOrder = 10;
           if (part.geometry) child.scale.setScalar(Math.min(1, largest / height(part)));
         });
       }
