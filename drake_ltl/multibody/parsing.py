@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from xml.dom import minidom
+from xml.parsers.expat import ExpatError
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -71,7 +72,7 @@ def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstance
     """
     path = resolve(obj.model)
     where = f"objects.{obj.name}.model"
-    instance = _parse(plant, where, path, path.read_text(encoding="utf-8"), path.suffix.lstrip("."), obj.name)
+    instance = _parse(plant, where, path, _read(where, path), path.suffix.lstrip("."), obj.name)
     if len(plant.GetBodyIndices(instance)) != 1:
         raise InvalidInputError([Mistake(where, f"{path.name} has several links", "an object is one rigid link")])
     if not plant.HasFrameNamed(RING_FRAME, instance):
@@ -89,10 +90,17 @@ def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstance
 
 def _with_heading(agent: Agent, path: Path) -> str:
     """The URDF's text with the heading written into the yaw of its `mount` joint."""
-    text = path.read_text(encoding="utf-8")
+    where = f"agents.{agent.name}.model"
+    text = _read(where, path)
     if agent.heading == 0.0:
         return text
-    document = minidom.parseString(text)  # unlike ElementTree it keeps the prefix of Drake's own tags
+    try:
+        return _turned(agent, path, minidom.parseString(text))  # unlike ElementTree it keeps the prefix of Drake's tags
+    except (ExpatError, ValueError) as error:
+        raise _unparsable(where, path, error) from error
+
+
+def _turned(agent: Agent, path: Path, document: minidom.Document) -> str:
     for joint in document.getElementsByTagName("joint"):
         if joint.getAttribute("name") == MOUNT_JOINT and joint.getAttribute("type") == "fixed":
             origins = joint.getElementsByTagName("origin")
@@ -120,7 +128,18 @@ def _parse(plant: MultibodyPlant, where: str, path: Path, text: str, file_type: 
     try:
         (instance,) = parser.AddModelsFromString(text, file_type)
     except (RuntimeError, ValueError) as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise InvalidInputError([Mistake(where, f"{path.name} does not parse: {reason}", "mend the file")]) from error
+        raise _unparsable(where, path, error) from error
     plant.RenameModelInstance(instance, name)
     return instance
+
+
+def _read(where: str, path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise _unparsable(where, path, error) from error
+
+
+def _unparsable(where: str, path: Path, error: Exception) -> InvalidInputError:
+    reason = str(error).strip().splitlines()[-1]
+    return InvalidInputError([Mistake(where, f"{path.name} does not parse: {reason}", "mend the file")])
