@@ -1,0 +1,151 @@
+"""Models that scenarios name, added to a plant; what cannot be used is said with its key path."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pydrake.multibody.plant import MultibodyPlant
+
+from drake_ltl.errors import InvalidInputError
+from drake_ltl.multibody import AddAgentModel, AddObjectModel
+
+ARM, CRATE = "agents/planar_arm.urdf", "objects/crate.sdf"
+
+
+def the_mistake(add, member):
+    plant = MultibodyPlant(0.0)
+    with pytest.raises(InvalidInputError) as caught:
+        add(plant, member)
+    (mistake,) = caught.value.mistakes
+    assert "\n" not in str(mistake)
+    return mistake
+
+
+@pytest.mark.parametrize("frame", ["grasp", "bounding_centre"])
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_an_agent_needs_its_frames(changed_model, make_agent, frame, heading):
+    path = changed_model(ARM, {f'<frame name="{frame}"': '<frame name="other"'})
+    mistake = the_mistake(AddAgentModel, make_agent(heading, path))
+    assert mistake.where == "agents.a1.model"
+    assert f"no frame '{frame}'" in mistake.what
+
+
+def test_an_agent_needs_an_actuator_for_every_joint(changed_model, make_agent):
+    path = changed_model(ARM, {})
+    text, _, _ = path.read_text(encoding="utf-8").partition('<transmission name="q2">')
+    path.write_text(text + "</robot>", encoding="utf-8")
+    mistake = the_mistake(AddAgentModel, make_agent(0.0, path))
+    assert mistake.where == "agents.a1.model"
+    assert "4 degrees of freedom but 3 actuators" in mistake.what
+
+
+@pytest.mark.parametrize("change", [{'name="mount" type="fixed"': 'name="neck" type="fixed"'}])
+def test_a_heading_needs_a_mount(changed_model, make_agent, change):
+    path = changed_model(ARM, change)
+    mistake = the_mistake(AddAgentModel, make_agent(1.0, path))
+    assert mistake.where == "agents.a1.heading"
+    assert "1.0 cannot be applied" in mistake.what
+    assert "'mount'" in mistake.what
+    AddAgentModel(MultibodyPlant(0.0), make_agent(0.0, path))  # without a heading it may be called as it likes
+
+
+BROKEN = {
+    "not closed": "<robot name='r'><link name='base'>",
+    "another language": "links: [base]",
+    "empty": "",
+    "unknown parent": "<robot name='r'><link name='b'/><joint name='mount' type='fixed'>"
+    "<parent link='nobody'/><child link='b'/></joint></robot>",
+    "an origin that is none": "<robot name='r'><link name='a'/><link name='b'/><joint name='mount' type='fixed'>"
+    "<origin rpy='0 0 east'/><parent link='a'/><child link='b'/></joint></robot>",
+    "an origin too short": "<robot name='r'><link name='a'/><link name='b'/><joint name='mount' type='fixed'>"
+    "<origin rpy='0 0'/><parent link='a'/><child link='b'/></joint></robot>",
+    "not text": b"\xff\xfe\x00<robot/>",
+}
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+@pytest.mark.parametrize("content", BROKEN.values(), ids=BROKEN)
+def test_an_agent_must_parse(tmp_path, make_agent, content, heading):
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    mistake = the_mistake(AddAgentModel, make_agent(heading, path))
+    assert mistake.where == "agents.a1.model"
+    assert "robot.urdf" in mistake.what
+
+
+@pytest.mark.parametrize("content", [*(BROKEN[k] for k in ("not closed", "another language", "empty", "not text"))])
+@pytest.mark.parametrize("suffix", [".sdf", ".urdf", ".txt", ""])
+def test_an_object_must_parse(tmp_path, make_object, content, suffix):
+    path = tmp_path / f"thing{suffix}"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    mistake = the_mistake(AddObjectModel, make_object(path))
+    assert mistake.where == "objects.o1.model"
+    assert "does not parse" in mistake.what
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_models_that_are_not_there(make_agent, make_object, heading):
+    assert the_mistake(AddAgentModel, make_agent(heading, "/nowhere/arm.urdf")).where == "agents.a1.model"
+    assert the_mistake(AddObjectModel, make_object("/nowhere/crate.sdf")).where == "objects.o1.model"
+
+
+def test_an_object_needs_its_ring(changed_model, make_object):
+    path = changed_model(CRATE, {'<frame name="grasp_ring"': '<frame name="ring"'})
+    mistake = the_mistake(AddObjectModel, make_object(path))
+    assert mistake.where == "objects.o1.model"
+    assert "'grasp_ring'" in mistake.what
+
+
+def test_an_object_is_one_link(changed_model, make_object):
+    path = changed_model(CRATE, {"</model>": "<link name='lid'/></model>"})
+    mistake = the_mistake(AddObjectModel, make_object(path))
+    assert mistake.where == "objects.o1.model"
+    assert "several links" in mistake.what
+
+
+def test_members_go_by_their_own_names(make_agent, make_object):
+    plant = MultibodyPlant(0.0)
+    assert plant.GetModelInstanceName(AddAgentModel(plant, make_agent())) == "a1"
+    assert plant.GetModelInstanceName(AddObjectModel(plant, make_object())) == "o1"
+
+
+def test_heading_turns_the_arm_and_leaves_the_base(make_agent):
+    """The gripper goes round the base; x and y stay those of the world."""
+    q = np.array([1.0, 2.0, 1.2, 0.3])
+    poses = {}
+    for heading in (0.0, 0.9):
+        plant = MultibodyPlant(0.0)
+        AddAgentModel(plant, make_agent(heading))
+        plant.Finalize()
+        context = plant.CreateDefaultContext()
+        plant.SetPositions(context, q)
+        poses[heading] = {
+            name: plant.GetFrameByName(name).CalcPoseInWorld(context) for name in ("base", "grasp", "bounding_centre")
+        }
+    assert poses[0.9]["base"].IsExactlyEqualTo(poses[0.0]["base"])
+    c, s = np.cos(0.9), np.sin(0.9)
+    Rz = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+    base = np.array([1.0, 2.0, 0.0])
+    for name in ("grasp", "bounding_centre"):
+        before, after = poses[0.0][name], poses[0.9][name]
+        np.testing.assert_allclose(after.translation() - base, Rz @ (before.translation() - base), atol=1e-12)
+        np.testing.assert_allclose(after.rotation().matrix(), Rz @ before.rotation().matrix(), atol=1e-12)
+
+
+def test_heading_adds_to_the_mount_s_own_angles(changed_model, make_agent):
+    mount = '<origin xyz="0 0 0.2" rpy="0 0 0"/>'
+    path = changed_model(ARM, {mount: mount.replace('rpy="0 0 0"', 'rpy="0.1 0.2 0.3"')})
+    plant = MultibodyPlant(0.0)
+    AddAgentModel(plant, make_agent(0.5, path))
+    plant.Finalize()
+    X_BT = plant.GetJointByName("mount").frame_on_parent().GetFixedPoseInBodyFrame()
+    np.testing.assert_allclose(X_BT.rotation().ToRollPitchYaw().vector(), [0.1, 0.2, 0.8], atol=1e-12)
+
+
+def test_headings_may_be_given_without_an_origin(changed_model, make_agent):
+    path = changed_model(ARM, {'<origin xyz="0 0 0.2" rpy="0 0 0"/>': ""})
+    plant = MultibodyPlant(0.0)
+    AddAgentModel(plant, make_agent(0.5, path))
+    plant.Finalize()
+    X_BT = plant.GetJointByName("mount").frame_on_parent().GetFixedPoseInBodyFrame()
+    np.testing.assert_allclose(X_BT.rotation().ToRollPitchYaw().vector(), [0.0, 0.0, 0.5], atol=1e-12)
