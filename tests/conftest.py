@@ -55,6 +55,27 @@ def case_ii_run(case_ii, models, mission):
     return simulate(mission, case_ii, models, suffix_rounds=2)
 
 
+@pytest.fixture(scope="session")
+def arm_plant():
+    """arm_plant(heading, builder=None, time_step=0): a finalized plant of the planar arm, not loaded by the library."""
+    from drake_ltl.models import package_xml
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    text = (package_xml().parent / "agents" / "planar_arm.urdf").read_text(encoding="utf-8")
+    mount = '<origin xyz="0 0 0.2" rpy="0 0 0"/>'
+    assert text.count(mount) == 1
+
+    def make(heading: float, builder=None, time_step: float = 0.0) -> MultibodyPlant:
+        plant = MultibodyPlant(time_step) if builder is None else builder.AddSystem(MultibodyPlant(time_step))
+        turned = text.replace(mount, f'<origin xyz="0 0 0.2" rpy="0 0 {heading!r}"/>')
+        Parser(plant).AddModelsFromString(turned, "urdf")
+        plant.Finalize()
+        return plant
+
+    return make
+
+
 SHUTTLE = """\
 name: shuttle
 workspace: {radius: 8.0}

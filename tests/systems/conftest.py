@@ -1,4 +1,4 @@
-"""Systems evaluated at Context level, and plants that owe nothing to the library's own models."""
+"""Systems evaluated at Context level, and bodies put in their places."""
 
 from __future__ import annotations
 
@@ -7,16 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from drake_ltl.models import package_xml
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import LeafSystem
 
 from drake_ltl.planning.mission import Layout
 from drake_ltl.systems.program import start_configuration
-
-ARM = package_xml().parent / "agents" / "planar_arm.urdf"
 
 
 @pytest.fixture(scope="session")
@@ -31,23 +26,6 @@ def evaluate() -> Callable:
         return port.Eval(context)
 
     return evaluate
-
-
-@pytest.fixture(scope="session")
-def arm_plant() -> Callable[..., MultibodyPlant]:
-    """arm_plant(heading, builder=None, time_step=0): a finalized plant of the planar arm alone."""
-
-    def make(heading: float, builder: DiagramBuilder | None = None, time_step: float = 0.0) -> MultibodyPlant:
-        plant = MultibodyPlant(time_step) if builder is None else builder.AddSystem(MultibodyPlant(time_step))
-        mount = '<origin xyz="0 0 0.2" rpy="0 0 0"/>'
-        text = ARM.read_text(encoding="utf-8")
-        assert text.count(mount) == 1
-        parser = Parser(plant)
-        parser.AddModelsFromString(text.replace(mount, f'<origin xyz="0 0 0.2" rpy="0 0 {heading!r}"/>'), "urdf")
-        plant.Finalize()
-        return plant
-
-    return make
 
 
 @dataclass
