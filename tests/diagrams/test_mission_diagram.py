@@ -1,0 +1,142 @@
+"""The assembled diagram, in its start context."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+import pytest
+from drake_ltl.diagrams import MakeMissionDiagram
+from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import DiagramBuilder, InputPortIndex
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_ltl.systems.program import start_configuration
+from drake_ltl.systems.signals import Mode
+
+
+@pytest.fixture
+def root(mission_diagram):
+    return mission_diagram.CreateStartContext()
+
+
+def plant_of(mission_diagram, root):
+    plant = mission_diagram.transport_plant.plant
+    return plant, plant.GetMyContextFromRoot(root)
+
+
+def test_the_start_context_holds_nothing(mission_diagram, root):
+    plant, context = plant_of(mission_diagram, root)
+    assert not any(plant.GetConstraintActiveStatus(context, w) for w in mission_diagram.transport_plant.weld_ids)
+
+
+def test_the_start_context_has_everybody_in_place_and_at_rest(mission_diagram, root, mission, case_ii, models):
+    plant, context = plant_of(mission_diagram, root)
+    parts = mission_diagram.transport_plant
+    layout = mission.steps[0].before
+    for agent in case_ii.agents:
+        q = plant.GetPositions(context, parts.agents[agent.name])
+        np.testing.assert_array_equal(q, start_configuration(layout.agents[agent.name], agent.name, models))
+        np.testing.assert_allclose(q[:2], agent.position, atol=1e-9)  # where the scenario wants the base
+    for obj in case_ii.objects:
+        body = plant.GetBodyByName("crate", parts.objects[obj.name])
+        np.testing.assert_allclose(body.EvalPoseInWorld(context).translation()[:2], obj.position, atol=1e-9)
+    np.testing.assert_array_equal(plant.GetVelocities(context), 0.0)
+
+
+def test_nothing_touches_at_the_start(mission_diagram, root):
+    plant, context = plant_of(mission_diagram, root)
+    results = plant.get_contact_results_output_port().Eval(context)
+    floor_contacts = 2 * 4  # the feet of two crates
+    assert results.num_point_pair_contacts() <= floor_contacts
+
+
+def test_everything_has_a_name(mission_diagram):
+    names = [system.get_name() for system in mission_diagram.diagram.GetSystems()]
+    assert len(set(names)) == len(names)
+    assert not [name for name in names if "@" in name]  # what Drake calls a system without a name
+    agents, objects = ("a1", "a2", "a3"), ("o1", "o2")
+    expected = {"plant", "scene_graph", "plan_supervisor", "navigation_field"}
+    expected |= {f"{kind}_{agent}" for kind in ("hold", "transition", "reach", "switch") for agent in agents}
+    expected |= {f"transport_{obj}" for obj in objects} | {"log_state", "log_lyapunov", "log_status"}
+    assert expected <= set(names)
+    assert mission_diagram.diagram.get_name() == "case_ii"
+
+
+def test_nothing_is_warned_about(mission_diagram, caplog):
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        mission_diagram.CreateStartContext()
+    assert caplog.records == []
+
+
+def test_switches_select_in_the_order_of_modes(mission_diagram):
+    for agent in ("a1", "a2", "a3"):
+        switch = mission_diagram.diagram.GetSubsystemByName(f"switch_{agent}")
+        ports = [switch.get_input_port(i).get_name() for i in range(switch.num_input_ports())]
+        assert ports[1:] == ["hold", "transition", "reach", "transport_o1", "transport_o2"]
+        assert [Mode.HOLD, Mode.TRANSITION, Mode.REACH, Mode.TRANSPORT] == [0, 1, 2, 3]
+
+
+def test_the_selected_controller_drives_the_agent(mission_diagram, root):
+    """After initialization a1 holds and a2 travels: what their plant is actuated with are these torques."""
+    diagram = mission_diagram.diagram
+    simulator = Simulator(diagram, root)
+    simulator.Initialize()
+    plant, _ = plant_of(mission_diagram, root)
+    supervisor = mission_diagram.supervisor
+    for agent, kind in (("a1", "hold"), ("a2", "transition")):
+        mode = supervisor.get_mode_output_port(agent).Eval(supervisor.GetMyContextFromRoot(root))
+        assert mode == InputPortIndex(1 + (Mode.HOLD if kind == "hold" else Mode.TRANSITION))
+        port = plant.get_actuation_input_port(mission_diagram.transport_plant.agents[agent])
+        controller = diagram.GetSubsystemByName(f"{kind}_{agent}")
+        torque = controller.get_torque_output_port().Eval(controller.GetMyContextFromRoot(root))
+        np.testing.assert_array_equal(port.Eval(plant.GetMyContextFromRoot(root)), torque)
+
+
+def state(simulator) -> np.ndarray:
+    """All discrete state, of plant and supervisor."""
+    values = simulator.get_context().get_discrete_state()
+    return np.concatenate([values.value(i) for i in range(values.num_groups())])
+
+
+def test_two_contexts_are_independent(mission_diagram):
+    """One diagram, two missions: advanced in turns, each goes on as if it were alone."""
+    alone = Simulator(mission_diagram.diagram, mission_diagram.CreateStartContext())
+    alone.AdvanceTo(0.3)
+    first = Simulator(mission_diagram.diagram, mission_diagram.CreateStartContext())
+    second = Simulator(mission_diagram.diagram, mission_diagram.CreateStartContext())
+    plant = mission_diagram.transport_plant.plant
+    moved = plant.GetMyMutableContextFromRoot(second.get_mutable_context())
+    a1 = mission_diagram.transport_plant.agents["a1"]
+    plant.SetPositions(moved, a1, plant.GetPositions(moved, a1) + np.array([0.1, 0.0, 0.0, 0.0]))
+    for time in (0.1, 0.2, 0.3):
+        first.AdvanceTo(time)
+        second.AdvanceTo(time)
+    np.testing.assert_array_equal(state(first), state(alone))
+    assert not np.array_equal(state(second), state(alone))
+
+
+def test_a_context_can_be_cloned(mission_diagram):
+    simulator = Simulator(mission_diagram.diagram, mission_diagram.CreateStartContext())
+    simulator.AdvanceTo(0.1)
+    clone = simulator.get_context().Clone()
+    simulator.AdvanceTo(0.2)
+    other = Simulator(mission_diagram.diagram, clone)
+    other.Initialize(InitializeParams(suppress_initialization_events=True))  # the mission has begun
+    assert clone.get_time() == pytest.approx(0.1)
+    other.AdvanceTo(0.2)
+    np.testing.assert_array_equal(state(other), state(simulator))
+
+
+def test_the_graph_shows_controllers_and_switches(mission_diagram):
+    dot = mission_diagram.diagram.GetGraphvizString(max_depth=1)
+    for name in ("plan_supervisor", "navigation_field", "transition_a1", "transport_o2", "switch_a3", "reach_a2"):
+        assert name in dot
+    assert "PortSwitch" in dot
+
+
+def test_users_may_bring_systems_of_their_own(mission, case_ii, models):
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("mine", ConstantVectorSource([1.0]))
+    made = MakeMissionDiagram(mission, case_ii, models, num_steps=1, builder=builder)
+    assert made.diagram.GetSubsystemByName("mine").get_output_port().size() == 1
