@@ -48,7 +48,8 @@ def RunMission(
 ) -> Run:
     """Runs until `num_steps` steps are done, a step exceeds its time limit, a check fails, or Ctrl-C.
 
-    Whatever ends the run, the recording holds all that happened until then and says why it ended.
+    Whatever of these ends the run, the recording holds all that happened until then and says why it ended. Other
+    exceptions are defects of a program, and pass.
 
     Args:
         report: called once per simulated second.
@@ -60,8 +61,8 @@ def RunMission(
         reason = _advance(mission, simulator, num_steps, report)
     except KeyboardInterrupt:
         reason = "interrupted"
-    except DrakeLtlError as error:
-        reason = str(error)
+    except (DrakeLtlError, RuntimeError) as error:  # Drake's own checks raise RuntimeError
+        reason = " ".join(str(error).split())
     wall_seconds = time.perf_counter() - begin
     return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds)
 
