@@ -1,0 +1,235 @@
+"""Recordings on disk."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import zipfile
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_ltl.errors import InvalidInputError
+from drake_ltl.execution.recording import Recording, StepRecord
+
+
+def make(samples: int = 5) -> Recording:
+    """Two agents and an object; every number its own."""
+    count = iter(range(10**6))
+
+    def array(*shape: int) -> np.ndarray:
+        size = int(np.prod(shape))
+        return np.array([next(count) for _ in range(size)], dtype=float).reshape(shape)
+
+    return Recording(
+        scenario="name: made\n# µ",
+        versions={"drake": "1.0"},
+        agents=("a1", "a2"),
+        objects=("o1",),
+        agent_radius={"a1": 1.25, "a2": 1.3},
+        object_radius={"o1": 0.5},
+        team_radius={"o1": 2.6},
+        prefix_length=1,
+        suffix_length=2,
+        steps=(
+            StepRecord(
+                0,
+                ({"kind": "travel", "agents": ["a1"], "object": None, "from": "pi1", "to": "pi2"},),
+                0.0,
+                1.5,
+                True,
+            ),
+            StepRecord(1, (), 1.5, 0.25, False),
+        ),
+        completed=False,
+        reason="interrupted",
+        time=np.linspace(0.0, 1.0, samples),
+        q={"a1": array(samples, 4), "a2": array(samples, 6)},
+        qd={"a1": array(samples, 4), "a2": array(samples, 6)},
+        centre={"a1": array(samples, 3), "a2": array(samples, 3)},
+        pose={"o1": array(samples, 7)},
+        velocity={"o1": array(samples, 6)},
+        step=np.arange(samples),
+        phase=np.zeros(samples, dtype=int),
+        mode=np.zeros((samples, 2), dtype=int),
+        grasp=np.full((samples, 2), -1),
+        weld_gap=array(samples, 2),
+        weld_angle=array(samples, 2),
+        lyapunov=array(samples),
+    )
+
+
+def assert_same(one: Recording, other: Recording) -> None:
+    for field in dataclasses.fields(Recording):
+        a, b = getattr(one, field.name), getattr(other, field.name)
+        if isinstance(a, np.ndarray):
+            np.testing.assert_array_equal(a, b)
+            assert a.dtype == b.dtype, field.name
+        elif field.name in ("q", "qd", "centre", "pose", "velocity"):
+            assert list(a) == list(b)
+            for name in a:
+                np.testing.assert_array_equal(a[name], b[name])
+        else:
+            assert a == b, field.name
+
+
+@pytest.mark.parametrize("samples", [0, 1, 5])
+def test_what_is_saved_is_loaded(tmp_path, samples):
+    recording = make(samples)
+    recording.save(tmp_path / "run.npz")
+    assert_same(Recording.load(tmp_path / "run.npz"), recording)
+
+
+def test_names_without_suffix_are_kept(tmp_path):
+    make().save(tmp_path / "run")
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+    assert_same(Recording.load(str(tmp_path / "run")), make())
+
+
+def test_saving_twice_gives_the_same_bytes(tmp_path):
+    for name in ("one", "two"):
+        make().save(tmp_path / name)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "run.npz"
+    path.write_text("precious", encoding="utf-8")
+
+    def fail(*args, **kwargs):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(OSError, match="No space"):
+        make().save(path)
+    assert path.read_text(encoding="utf-8") == "precious"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_format_needs_no_library(tmp_path):
+    """A zip of plain arrays and one JSON text: any language can read it."""
+    make().save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz", allow_pickle=False) as archive:
+        header = json.loads(archive["header"].tobytes())
+        assert archive["q/a2"].shape == (5, 6)
+    assert header["format"] == "drake_ltl recording"
+    assert header["version"] == 1
+    assert header["steps"][0]["actions"][0]["kind"] == "travel"
+
+
+def test_object_origins(tmp_path):
+    np.testing.assert_array_equal(make().object_origin["o1"], make().pose["o1"][:, 4:7])
+
+
+def refusal(path) -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        Recording.load(path)
+    (mistake,) = caught.value.mistakes
+    assert mistake.where == str(path)
+    assert "\n" not in str(mistake)
+    return mistake.what
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> bytes:
+    path = tmp_path_factory.mktemp("whole") / "run.npz"
+    make().save(path)
+    return path.read_bytes()
+
+
+def test_files_that_are_not_there(tmp_path):
+    assert "No such file" in refusal(tmp_path / "nothing.npz")
+    assert refusal(tmp_path)  # a folder
+
+
+@pytest.mark.parametrize("content", [b"", b"hello\n", b"name: case_ii\n", b"PK\x03\x04", b"\x93NUMPY", b"\x00" * 100])
+def test_files_of_another_kind(tmp_path, content):
+    path = tmp_path / "run.npz"
+    path.write_bytes(content)
+    assert "not a recording" in refusal(path)
+
+
+def test_a_single_array_is_no_recording(tmp_path):
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    assert "not a recording" in refusal(tmp_path / "array.npy")
+
+
+def test_pickles_are_not_loaded(tmp_path):
+    np.savez(tmp_path / "evil.npz", header=np.array([{"format": "drake_ltl recording"}], dtype=object))
+    assert "not a recording" in refusal(tmp_path / "evil.npz")
+
+
+def test_other_archives(tmp_path):
+    np.savez(tmp_path / "other.npz", x=np.zeros(3))
+    assert "not a recording" in refusal(tmp_path / "other.npz")
+    with zipfile.ZipFile(tmp_path / "some.zip", "w") as archive:
+        archive.writestr("header", "{}")
+    assert "not a recording" in refusal(tmp_path / "some.zip")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"version": 2},
+        {"version": None},
+        {"format": "another"},
+        {"agents": ["a1", "a9"]},
+        {"agents": None},
+        {"steps": [{"number": 0}]},
+        {"steps": 3},
+        {"reason": ...},
+    ],
+)
+def test_headers_that_do_not_fit(tmp_path, change):
+    make().save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as archive:
+        arrays = dict(archive)
+    header = json.loads(arrays["header"].tobytes()) | change
+    header = {key: value for key, value in header.items() if value is not ...}
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+    np.savez(tmp_path / "changed.npz", **arrays)
+    assert "not a recording" in refusal(tmp_path / "changed.npz")
+
+
+@pytest.mark.parametrize("header", [b"[1, 2]", b"3", b"not json", b"\xff\xff", b"null"])
+def test_headers_that_are_none(tmp_path, header):
+    make().save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as archive:
+        arrays = dict(archive) | {"header": np.frombuffer(header, dtype=np.uint8)}
+    np.savez(tmp_path / "changed.npz", **arrays)
+    assert "not a recording" in refusal(tmp_path / "changed.npz")
+
+
+@pytest.mark.parametrize("name", ["time", "q/a1", "pose/o1", "grasp"])
+def test_arrays_that_are_missing_or_short(tmp_path, name):
+    make().save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as archive:
+        arrays = dict(archive)
+    np.savez(tmp_path / "short.npz", **(arrays | {name: arrays[name][:-1]}))
+    assert "not a recording" in refusal(tmp_path / "short.npz")
+    np.savez(tmp_path / "single.npz", **(arrays | {name: np.float64(3.0)}))
+    assert "not a recording" in refusal(tmp_path / "single.npz")
+    del arrays[name]
+    np.savez(tmp_path / "missing.npz", **arrays)
+    assert "not a recording" in refusal(tmp_path / "missing.npz")
+
+
+@given(share=st.floats(0.0, 1.0, exclude_max=True))
+def test_truncated_files(tmp_path_factory, whole, share):
+    path = tmp_path_factory.mktemp("cut") / "run.npz"
+    path.write_bytes(whole[: int(share * len(whole))])
+    assert "not a recording" in refusal(path)
+
+
+@given(place=st.floats(0.0, 1.0, exclude_max=True), flip=st.integers(1, 255))
+def test_damaged_files_are_refused_or_harmless(tmp_path_factory, whole, place, flip):
+    """A byte that tumbled: no other error escapes, and nothing else is ever loaded."""
+    content = bytearray(whole)
+    content[int(place * len(content))] ^= flip
+    path = tmp_path_factory.mktemp("damaged") / "run.npz"
+    path.write_bytes(content)
+    with contextlib.suppress(InvalidInputError):
+        assert_same(Recording.load(path), make())  # a byte that means nothing, such as a date
