@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from drake_ltl.planning.fits import Content, Fits
 from drake_ltl.scenario.model import Region, Scenario
 
+SMALL_TABLE = 1 << 14
+"""Answers for so many codes are tabulated in any case; for more only if there are as many questions."""
+
 
 @dataclass(frozen=True)
 class Fitting:
@@ -24,36 +27,51 @@ class Fitting:
     fits: Fits
     answers: dict[tuple[str, int], bool] = field(default_factory=dict, compare=False)
 
-    def check(
-        self, region: int, options: NDArray, places: NDArray, carried: NDArray | None = None
-    ) -> NDArray[np.bool_]:
-        """Whether the content of one region fits, for each of n states.
+    def grid(self, region: int, places: NDArray) -> NDArray[np.int64]:
+        """Contents of one region for all combinations of what the members do.
 
         Args:
             region: index of the region.
-            options: what each agent does, (n, N), as in `TransitionSystem.options`.
-            places: region of each object, (n, M).
-            carried: which objects count as carried, (n, M); None means none.
-        """
-        codes, inverse = np.unique(self._codes(region, options, places, carried), return_inverse=True)
-        answers = [self._ask(self.scenario.regions[region], code) for code in codes.tolist()]
-        return np.array(answers, dtype=bool)[inverse]
+            places: region of each object, (C, M).
 
-    def _codes(self, region: int, options: NDArray, places: NDArray, carried: NDArray | None) -> NDArray[np.int64]:
-        regions, objects = len(self.scenario.regions), places.shape[1]
-        codes = np.zeros(len(options), dtype=np.int64)
-        for agent in range(options.shape[1] - 1, -1, -1):
-            option = options[:, agent]
-            grasps = option >= regions
-            held = np.where(grasps, option - regions, 0)
-            at = places[np.arange(len(places)), held] == region if objects else np.zeros(len(places), bool)
-            digit = np.where(grasps, np.where(at, 2 + held, 0), option == region)
-            codes = codes * (objects + 2) + digit
-        for obj in range(objects - 1, -1, -1):
-            codes = codes * 4 + (places[:, obj] == region)
-            if carried is not None:
-                codes += 2 * carried[:, obj]
-        return codes
+        Returns:
+            (K + M, .. K + M, C) in one dimension: an axis for the option of each agent, the last for the objects.
+        """
+        n_regions, (n_places, n_objects) = len(self.scenario.regions), places.shape
+        there = places == region
+        digits = np.zeros((n_regions + n_objects, n_places), dtype=np.int64)
+        digits[region] = 1
+        digits[n_regions:] = there.T * (2 + np.arange(n_objects))[:, None]
+        codes = (there @ (1 << 2 * np.arange(n_objects)))[None]
+        for agent in range(len(self.scenario.agents) - 1, -1, -1):
+            codes = ((digits * self._unit(agent))[:, None] + codes).reshape(-1, n_places)
+        return codes.reshape(-1)
+
+    @staticmethod
+    def carried(obj: int) -> int:
+        """What to add to a content because an object that is there counts as carried."""
+        return 2 << 2 * obj
+
+    def check(self, region: int, codes: NDArray) -> NDArray[np.bool_]:
+        """Whether contents of a region, given by codes (n,), fit."""
+        size = self._unit(len(self.scenario.agents))
+        if size > max(SMALL_TABLE, codes.size):
+            different, inverse = np.unique(codes, return_inverse=True)
+            return self._ask_all(region, different)[inverse]
+        present = np.zeros(size, dtype=bool)
+        present[codes] = True
+        different = np.flatnonzero(present)
+        present[different] = self._ask_all(region, different)
+        return present[codes]
+
+    def _unit(self, agent: int) -> int:
+        """Value of an agent's digit 1."""
+        n_objects = len(self.scenario.objects)
+        return 4**n_objects * (n_objects + 2) ** agent
+
+    def _ask_all(self, region: int, codes: NDArray) -> NDArray[np.bool_]:
+        where = self.scenario.regions[region]
+        return np.array([self._ask(where, code) for code in codes.tolist()], dtype=bool)
 
     def _ask(self, region: Region, code: int) -> bool:
         key = (region.name, code)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import InvalidInputError, Mistake, SearchLimitError
 from drake_ltl.planning.contents import Fitting
-from drake_ltl.planning.costs import Chi, region_costs
+from drake_ltl.planning.costs import Chi
+from drake_ltl.planning.factors import Box, boxes, n_choices, ways_to_place
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import CanCarry
@@ -35,12 +36,14 @@ class TransitionSystem:
     """(S, N): k < K for an agent that is free in region k, K + j for one that grasps object j."""
     places: NDArray[np.int64]
     """(S, M): region of each object."""
-    sources: NDArray[np.int64]
+    sources: NDArray[np.int32]
     """(E,): state in which a transition begins; non-decreasing."""
-    targets: NDArray[np.int64]
+    targets: NDArray[np.int32]
     """(E,): state in which it ends."""
     costs: NDArray[np.float64]
     """(E,): chi."""
+    actions: NDArray[np.int16]
+    """(E,): how many agents act in each transition."""
     index_of_code: NDArray[np.int64]
     """Index of the state with a given code, or -1."""
     n_formed: int
@@ -58,14 +61,6 @@ class TransitionSystem:
     def agent_regions(self) -> NDArray[np.int64]:
         """(S, N): region of each agent."""
         return _agent_regions(self.options, self.places, len(self.scenario.regions))
-
-    @property
-    def actions(self) -> NDArray[np.int64]:
-        """(E,): how many agents act in each transition."""
-        bodies = np.hstack([self.options, self.agent_regions])
-        changed = bodies[self.sources] != bodies[self.targets]
-        n_agents = self.options.shape[1]
-        return (changed[:, :n_agents] | changed[:, n_agents:]).sum(axis=1)
 
     def state(self, index: int) -> State:
         """The state with a given index, by names."""
@@ -109,11 +104,13 @@ class TransitionSystem:
             return self
         pairs = {(self.index(before), self.index(after)) for before, after in forbidden}
         keys = np.array([before * self.n_states + after for before, after in pairs if min(before, after) >= 0])
-        return self.keep(~np.isin(self.sources * self.n_states + self.targets, keys))
+        return self.keep(~np.isin(self.sources * np.int64(self.n_states) + self.targets, keys))
 
     def keep(self, kept: NDArray[np.bool_]) -> TransitionSystem:
         """The same with only some transitions, (E,)."""
-        return replace(self, sources=self.sources[kept], targets=self.targets[kept], costs=self.costs[kept])
+        rows = np.flatnonzero(kept)
+        columns = ("sources", "targets", "costs", "actions")
+        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
 
 
 def form(scenario: Scenario, fits: Fits, can_carry: CanCarry, chi: Chi | None = None) -> TransitionSystem:
@@ -129,18 +126,81 @@ def form(scenario: Scenario, fits: Fits, can_carry: CanCarry, chi: Chi | None = 
         SearchLimitError: there are too many states or transitions.
         InvalidInputError: chi returned a cost that is negative or not finite.
     """
-    fitting = Fitting(scenario, fits)
-    options, places, index_of_code = _states(scenario, fitting)
-    sources, targets = _transitions(scenario, can_carry, options, places, index_of_code)
-    moved = places[sources] != places[targets]
-    fit = _transports_fit(fitting, options, places, sources, targets, moved)
-    sources, targets = sources[fit], targets[fit]
-    bodies = np.hstack([_agent_regions(options, places, len(scenario.regions)), places])
-    costs = _sum_of_ways(scenario, bodies, sources, targets)
-    system = TransitionSystem(scenario, options, places, sources, targets, costs, index_of_code, len(sources))
-    if chi is not None:
-        costs[:] = _costs_of(chi, system)
-    return system
+    n_combinations = math.prod(_bases(scenario))
+    if n_combinations > MOST_COMBINATIONS:
+        raise SearchLimitError(f"{_size(scenario)} have {n_combinations} states, too many to enumerate")
+    if n_choices(scenario) > MOST_TRANSITIONS:
+        raise SearchLimitError(f"{_size(scenario)} have some {n_choices(scenario)} transitions, too many to enumerate")
+    space = _Space.of(scenario, fits)
+    pieces = [space.transitions(piece) for box in boxes(scenario, can_carry) for piece in box.pieces()]
+    columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
+    sources = columns[0]
+    small = sources.astype(np.uint16) if len(space.codes) < 1 << 16 else sources  # numpy sorts short numbers by radix
+    order = np.argsort(small, kind="stable")
+    sources, targets, costs, actions = (column[order] for column in columns)
+    options, places = space.digits
+    system = TransitionSystem(
+        scenario, options, places, sources, targets, costs, actions, space.index_of_code, len(sources)
+    )
+    return system if chi is None else replace(system, costs=_costs_of(chi, system))
+
+
+@dataclass(frozen=True, eq=False)
+class _Space:
+    """The states, by their codes."""
+
+    scenario: Scenario
+    fitting: Fitting
+    codes: NDArray[np.int64]
+    """(S,)"""
+    index_of_code: NDArray[np.int32]
+    contents: list[NDArray[np.int64]]
+    """For each region its content in each state, (S,)."""
+
+    @classmethod
+    def of(cls, scenario: Scenario, fits: Fits) -> _Space:
+        """Def. 5 (i): all combinations whose regions' contents fit."""
+        fitting, places = Fitting(scenario, fits), ways_to_place(scenario)
+        grids = [fitting.grid(region, places) for region in range(len(scenario.regions))]
+        codes = np.arange(grids[0].size)
+        for region, grid in enumerate(grids):
+            codes = codes[fitting.check(region, grid[codes])]
+        index_of_code = np.full(grids[0].size, -1, dtype=np.int32)
+        index_of_code[codes] = np.arange(len(codes))
+        return cls(scenario, fitting, codes, index_of_code, [grid[codes] for grid in grids])
+
+    @property
+    def digits(self) -> tuple[NDArray, NDArray]:
+        """Options (S, N) and places (S, M)."""
+        digits = np.stack(np.unravel_index(self.codes, _bases(self.scenario)), axis=1)
+        n_agents = len(self.scenario.agents)
+        return digits[:, :n_agents], digits[:, n_agents:]
+
+    def transitions(self, box: Box) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """Sources, targets, costs and numbers of actions of the transitions of a box."""
+        n_regions, n_objects = len(self.scenario.regions), len(self.scenario.objects)
+        ends = [self.index_of_code[codes] for codes in box.codes(n_regions + n_objects, n_regions**n_objects)]
+        rows = np.flatnonzero((ends[0] >= 0) & (ends[1] >= 0))
+        if box.moved and len(rows):
+            for end, places in zip(ends, (box.places, box.goals), strict=True):
+                rows = rows[self._teams_fit(box, end[rows], places[rows % len(places)])]
+        return *(end[rows] for end in ends), *(column[rows] for column in box.total())
+
+    def _teams_fit(self, box: Box, states: NDArray, places: NDArray) -> NDArray[np.bool_]:
+        """Whether the teams that move objects fit, with these as `Content.carried`.
+
+        Args:
+            box: says which objects are moved.
+            states: from which or into which, (n,).
+            places: of the objects then, as an index into all ways to place them, (n,).
+        """
+        where = ways_to_place(self.scenario)[places]
+        fit = np.ones(len(states), dtype=bool)
+        for region in range(len(self.scenario.regions)):
+            added = sum((where[:, j] == region) * self.fitting.carried(j) for j in box.moved)
+            rows = np.flatnonzero((added > 0) & fit)
+            fit[rows] = self.fitting.check(region, self.contents[region][states[rows]] + added[rows])
+        return fit
 
 
 def _bases(scenario: Scenario) -> list[int]:
@@ -161,106 +221,9 @@ def _agent_regions(options: NDArray, places: NDArray, n_regions: int) -> NDArray
     return np.where(grasps, held, options)
 
 
-def _states(scenario: Scenario, fitting: Fitting) -> tuple[NDArray, NDArray, NDArray]:
-    """Def. 5 (i): all combinations whose regions' contents fit."""
-    bases = _bases(scenario)
-    if math.prod(bases) > MOST_COMBINATIONS:
-        raise SearchLimitError(f"{_size(scenario)} have {math.prod(bases)} states, too many to enumerate")
-    digits = np.stack(np.unravel_index(np.arange(math.prod(bases)), bases), axis=1)
-    n_agents = len(scenario.agents)
-    for region in range(len(scenario.regions)):
-        digits = digits[fitting.check(region, digits[:, :n_agents], digits[:, n_agents:])]
-    index_of_code = np.full(math.prod(bases), -1)
-    index_of_code[_codes(digits.T, bases)] = np.arange(len(digits))
-    return digits[:, :n_agents], digits[:, n_agents:], index_of_code
-
-
-def _transitions(
-    scenario: Scenario, can_carry: CanCarry, options: NDArray, places: NDArray, index_of_code: NDArray
-) -> tuple[NDArray, NDArray]:
-    """Def. 5 (iii): successors of all states at once, one member after the other.
-
-    Each member multiplies the rows by its allowed choices; rows whose target is no state fall out at the end.
-    """
-    n_regions = len(scenario.regions)
-    choices = [_agent_choices(option, places, n_regions) for option in options.T]
-    n_choices = np.prod([allowed.sum(axis=1) for allowed in choices], axis=0).sum()
-    if n_choices > MOST_TRANSITIONS:
-        raise SearchLimitError(f"{_size(scenario)} have some {n_choices} transitions, too many to enumerate")
-    rows, after = np.arange(len(options)), np.empty((len(options), 0), dtype=np.int64)
-    for allowed in choices:
-        rows, after = _multiply(rows, after, allowed[rows])
-    stay = np.eye(n_regions, dtype=bool)
-    for j in range(len(scenario.objects)):
-        movable = _movable(scenario, can_carry, j, options[rows], after[:, : len(scenario.agents)])
-        rows, after = _multiply(rows, after, stay[places[rows, j]] | movable[:, None])
-    targets = index_of_code[_codes(after.T, _bases(scenario))]
-    return rows[targets >= 0], targets[targets >= 0]
-
-
-def _multiply(rows: NDArray, after: NDArray, allowed: NDArray) -> tuple[NDArray, NDArray]:
-    """Each row as often as it has allowed choices, with the choice as one more column."""
-    kept, choice = np.nonzero(allowed)
-    return rows[kept], np.column_stack([after[kept], choice])
-
-
 def _size(scenario: Scenario) -> str:
     counts = len(scenario.agents), len(scenario.objects), len(scenario.regions)
     return "{} agents, {} objects and {} regions".format(*counts)
-
-
-def _agent_choices(option: NDArray, places: NDArray, n_regions: int) -> NDArray[np.bool_]:
-    """(S, K + M): what one agent may do next, (iii)(1) to (iii)(3).
-
-    A free agent travels anywhere or grasps an object of its region; one that grasps goes on or releases the
-    object where it is.
-    """
-    n_objects = places.shape[1]
-    free = option < n_regions
-    allowed = np.zeros((len(option), n_regions + n_objects), dtype=bool)
-    allowed[free, :n_regions] = True
-    for j in range(n_objects):
-        allowed[:, n_regions + j] = (free & (places[:, j] == option)) | (option == n_regions + j)
-        holders = np.flatnonzero(option == n_regions + j)
-        allowed[holders, places[holders, j]] = True
-    return allowed
-
-
-def _movable(scenario: Scenario, can_carry: CanCarry, j: int, before: NDArray, after: NDArray) -> NDArray[np.bool_]:
-    """Whether object j may be moved: the same agents grasp it before and after and can carry it."""
-    bit = 1 << np.arange(len(scenario.agents))
-    grasping = len(scenario.regions) + j
-    team_before, team_after = (before == grasping) @ bit, (after == grasping) @ bit
-    name = scenario.objects[j].name
-    strong = np.zeros(1 << len(scenario.agents), dtype=bool)
-    for team in np.unique(team_before).tolist():
-        members = frozenset(a for i, a in enumerate(scenario.agent_names) if team >> i & 1)
-        strong[team] = bool(members) and bool(can_carry(name, members))
-    return (team_before == team_after) & strong[team_before]
-
-
-def _transports_fit(
-    fitting: Fitting, options: NDArray, places: NDArray, sources: NDArray, targets: NDArray, moved: NDArray
-) -> NDArray[np.bool_]:
-    """Whether teams fit as they leave and as they arrive, with their objects as `Content.carried`."""
-    fit = np.ones(len(sources), dtype=bool)
-    for end in (sources, targets):
-        for region in range(len(fitting.scenario.regions)):
-            carried = moved & (places[end] == region)
-            rows = np.flatnonzero(carried.any(axis=1) & fit)
-            fit[rows] = fitting.check(region, options[end[rows]], places[end[rows]], carried[rows])
-    return fit
-
-
-def _sum_of_ways(scenario: Scenario, bodies: NDArray, sources: NDArray, targets: NDArray) -> NDArray:
-    """(E,): the scenario's cost, summed over the bodies (S, N + M)."""
-    names = scenario.region_names
-    table = region_costs(scenario)
-    matrix = np.array([[table[start, goal] for goal in names] for start in names])
-    total = np.zeros(len(sources))
-    for body in bodies.T:
-        total += matrix[body[sources], body[targets]]
-    return total
 
 
 def _costs_of(chi: Chi, system: TransitionSystem) -> NDArray[np.float64]:
