@@ -1,0 +1,70 @@
+"""A problem with some of its formulas and facts left out, so that at least the same runs are possible."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from drake_ltl.planning.conjuncts import Conjunct, conjuncts, with_conjuncts
+from drake_ltl.planning.fits import Content, Fits
+from drake_ltl.planning.plan import State
+from drake_ltl.planning.power import CanCarry
+from drake_ltl.scenario.model import Region, Scenario
+
+
+@dataclass(frozen=True)
+class Power:
+    """The fact that not every team can carry an object. Left out, any single agent can."""
+
+    object: str
+
+
+@dataclass(frozen=True)
+class Room:
+    """The fact that not everything fits in a region. Left out, everything does."""
+
+    region: str
+
+
+@dataclass(frozen=True)
+class Start:
+    """The fact that a member begins as it does. Left out, it may begin in any region (an agent: grasping or not)."""
+
+    member: str
+
+
+Reason = Conjunct | Power | Room | Start
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a planner is asked, and which of it may be left out."""
+
+    scenario: Scenario
+    start: State
+    fits: Fits
+    can_carry: CanCarry
+
+    @property
+    def reasons(self) -> tuple[Reason, ...]:
+        """All formulas, split at their conjunctions, then all facts."""
+        scenario = self.scenario
+        return (
+            *conjuncts(scenario),
+            *map(Power, scenario.object_names),
+            *map(Room, scenario.region_names),
+            *map(Start, scenario.agent_names + scenario.object_names),
+        )
+
+    def with_only(self, kept: Iterable[Reason]) -> Problem:
+        """The same without all reasons but some. The start stays: see `drake_ltl.planning.existence`."""
+        kept = frozenset(kept)
+        scenario = with_conjuncts(self.scenario, [r for r in self.reasons if isinstance(r, Conjunct) and r in kept])
+
+        def fits(region: Region, content: Content) -> bool:
+            return Room(region.name) not in kept or self.fits(region, content)
+
+        def can_carry(obj: str, team: frozenset[str]) -> bool:
+            return Power(obj) not in kept or self.can_carry(obj, team)
+
+        return Problem(scenario, self.start, fits, can_carry)

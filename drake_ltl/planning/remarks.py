@@ -1,0 +1,179 @@
+"""Facts in words, and what follows from them: who could carry what where, who has no room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations
+
+from drake_ltl.planning.automaton import translate
+from drake_ltl.planning.conjuncts import Conjunct, in_words, speaks_of, with_conjuncts
+from drake_ltl.planning.fits import Content
+from drake_ltl.planning.power import sum_rule
+from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start
+from drake_ltl.scenario.formulas import global_formula, labels
+from drake_ltl.scenario.model import Scenario
+
+MOST_AGENTS = 10
+"""Teams are tried one by one up to this number of agents."""
+
+_MOST_NAMED = 4
+"""Of many teams, so many are named."""
+
+
+def reason_in_words(problem: Problem, reason: Reason) -> str:
+    """A formula or a fact on one line."""
+    scenario, start = problem.scenario, problem.start
+    if isinstance(reason, Conjunct):
+        return in_words(scenario, reason)
+    if isinstance(reason, Power):
+        if not _adds_up(problem):
+            return f"{reason.object} can be carried by some teams only"
+        return f"{reason.object} needs power {_need(scenario, reason.object):g}"
+    if isinstance(reason, Room):
+        return _room(scenario, reason.region)
+    if reason.member in scenario.object_names:
+        return f"{reason.member} starts in {start.objects[scenario.object_names.index(reason.member)]}"
+    agent = scenario.agent_names.index(reason.member)
+    grasp = start.grasps[agent]
+    return f"{reason.member} starts in {start.agents[agent]}" + (f", grasping {grasp}" if grasp else "")
+
+
+def remarks(problem: Problem, reasons: Sequence[Reason]) -> tuple[str, ...]:
+    """What follows from the facts among some reasons: one line each, without full stop."""
+    if len(problem.scenario.agents) > MOST_AGENTS:
+        return ()
+    carrying = [line for r in reasons if isinstance(r, Power) for line in _carrying(problem, r.object, reasons)]
+    crowding = [line for r in reasons if isinstance(r, Room) for line in _crowding(problem, r.region, reasons)]
+    return (*carrying, *crowding)
+
+
+def able_teams(problem: Problem, obj: str) -> tuple[tuple[str, ...], ...]:
+    """The teams that can carry an object and contain no smaller such team; at most MOST_AGENTS agents."""
+    found: list[tuple[str, ...]] = []
+    for team in _subsets(problem.scenario.agent_names):
+        if not any(set(smaller) <= set(team) for smaller in found) and problem.can_carry(obj, frozenset(team)):
+            found.append(team)
+    return tuple(found)
+
+
+def may_enter(problem: Problem, agent: str, region: str, reasons: Iterable[Reason]) -> bool:
+    """Whether an agent that goes where it likes can ever be in a region, by the formulas about it alone."""
+    scenario = problem.scenario
+    about = [r for r in reasons if isinstance(r, Conjunct) and speaks_of(scenario, r) == {agent}]
+    letters = {name: _letter(scenario, agent, name) for name in scenario.region_names}
+    world = f"G({' | '.join(letters.values())}) & F({letters[region]})"
+    if Start(agent) in reasons:
+        world += f" & ({letters[problem.start.agents[scenario.agent_names.index(agent)]]})"
+    return not translate(f"({global_formula(with_conjuncts(scenario, about))}) & {world}").is_empty()
+
+
+def _carrying(problem: Problem, obj: str, reasons: Sequence[Reason]) -> Iterator[str]:
+    scenario = problem.scenario
+    teams = able_teams(problem, obj)
+    if not teams:
+        yield f"all agents together cannot carry {obj}{_sum_of(problem, scenario.agent_names)}"
+        return
+    found = False
+    for region in scenario.region_names:
+        there = tuple(agent for agent in scenario.agent_names if may_enter(problem, agent, region, reasons))
+        if not any(set(team) <= set(there) for team in teams):
+            found = True
+            if there:
+                yield f"{_sum(there)} cannot carry {obj} in {region}{_sum_of(problem, there)}; no other may enter it"
+            else:
+                yield f"no agent may enter {region}"
+    if not found:
+        yield f"{obj} can be carried by {_some([_sum(team) for team in teams])} only"
+
+
+def _crowding(problem: Problem, region: str, reasons: Sequence[Reason]) -> Iterator[str]:
+    """Smallest crowds that have no room in a region, of the members that the reasons speak of."""
+    scenario, place = problem.scenario, problem.scenario.region(region)
+    concerned = set().union(*(_members(scenario, r) for r in reasons))
+    members = [m for m in scenario.agent_names + scenario.object_names if m in concerned]
+    crowds: list[tuple[str, ...]] = []
+    for crowd in _subsets(members[:MOST_AGENTS]):
+        agents = tuple(m for m in crowd if m in scenario.agent_names)
+        objects = tuple(m for m in crowd if m in scenario.object_names)
+        if any(set(smaller) <= set(crowd) for smaller in crowds):
+            continue
+        if not problem.fits(place, Content(agents, objects)):
+            crowds.append(crowd)
+    if crowds:
+        yield f"{region} has no room for {_some([_sum(crowd) for crowd in crowds])}"
+    for obj in (name for name in scenario.object_names if name in concerned):
+        tight = [
+            f"{_sum(team)} with {obj}"
+            for team in able_teams(problem, obj)
+            if not all(problem.fits(place, content) for content in _with_object(team, obj))
+        ]
+        if tight:
+            yield f"{region} has no room for {_some(tight)}"
+
+
+def _with_object(team: tuple[str, ...], obj: str) -> tuple[Content, Content]:
+    """A team that holds an object, and one that carries it."""
+    holds = tuple((agent, obj) for agent in team)
+    return Content((), (obj,), holds), Content((), (obj,), holds, frozenset({obj}))
+
+
+def _members(scenario: Scenario, reason: Reason) -> frozenset[str]:
+    if isinstance(reason, Conjunct):
+        return speaks_of(scenario, reason)
+    if isinstance(reason, Power):
+        return frozenset({reason.object})
+    return frozenset({reason.member}) if isinstance(reason, Start) else frozenset()
+
+
+def _subsets(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """All but the empty one, small ones first."""
+    for size in range(1, len(names) + 1):
+        yield from combinations(names, size)
+
+
+def _letter(scenario: Scenario, member: str, region: str) -> str:
+    """What a member experiences in a region, as a formula without temporal operators."""
+    known = sorted(frozenset().union(*(labels(scenario, member, name) for name in scenario.region_names)))
+    shown = labels(scenario, member, region)
+    return "(" + (" & ".join(p if p in shown else f"!{p}" for p in known) or "1") + ")"
+
+
+def _adds_up(problem: Problem) -> bool:
+    """Whether the teams that can carry are those of the sum rule, as far as can be tried."""
+    scenario, rule = problem.scenario, sum_rule(problem.scenario)
+    if len(scenario.agents) > MOST_AGENTS:
+        return False
+    teams = [frozenset(team) for team in _subsets(scenario.agent_names)]
+    return all(problem.can_carry(obj, t) == rule(obj, t) for obj in scenario.object_names for t in teams)
+
+
+def _need(scenario: Scenario, obj: str) -> float:
+    return scenario.objects[scenario.object_names.index(obj)].power_needed
+
+
+def _sum_of(problem: Problem, team: Sequence[str]) -> str:
+    """What a team's powers add up to, if that is what counts."""
+    if not _adds_up(problem):
+        return ""
+    power = math.fsum(agent.power for agent in problem.scenario.agents if agent.name in team)
+    return f" ({_sum(team)} give {power:g})" if len(team) > 1 else f" (it gives {power:g})"
+
+
+def _sum(names: Sequence[str]) -> str:
+    return " + ".join(names)
+
+
+def _some(items: Sequence[str]) -> str:
+    more = len(items) - _MOST_NAMED
+    return ", or ".join(items[:_MOST_NAMED]) + (f", or {more} more" if more > 0 else "")
+
+
+def _room(scenario: Scenario, region: str) -> str:
+    rule = scenario.fits
+    if rule is None:
+        return f"{region} has room for what fits within {scenario.region(region).radius:g} m of its centre"
+    return (
+        f"{region} has room for {rule.capacity:g}: {rule.agent:g} per agent, {rule.grasping:g} if it grasps, "
+        f"{rule.object:g} per object"
+    )
