@@ -21,8 +21,9 @@ from pydrake.systems.framework import (
 )
 
 from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, pack_step
-from drake_ltl.systems.supervision import AgentSignals, Measurement, Progress, Supervision
+from drake_ltl.systems.supervision import Supervision
 
 MOST_WAY_POINTS = 64
 """Of a detour; a longer one is cut there, and sought anew from where it ends."""

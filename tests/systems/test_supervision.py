@@ -8,17 +8,12 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from drake_ltl.systems.detours import PASSED, STALL_TIME
 from drake_ltl.systems.program import StepProgram, TravelTask
+from drake_ltl.systems.progress import Measurement, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, reach_ends
 from drake_ltl.systems.step_field import ALL
-from drake_ltl.systems.supervision import (
-    PASSED,
-    PATIENCE,
-    STALL_TIME,
-    Measurement,
-    Progress,
-    Supervision,
-)
+from drake_ltl.systems.supervision import PATIENCE, Supervision
 
 ONE_ROUND = 10
 CARRY_O2, LET_GO, FIRST_GRASPS_AT_HAND = 2, 3, 6  # steps of case ii

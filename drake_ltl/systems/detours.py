@@ -1,0 +1,95 @@
+"""What happens when all movers have come to rest short of their goals.
+
+A navigation function has saddles, and among many bodies that stand close also other minima. Then movers go on one
+after another, each by way points around the others as they stand; every leg between way points has its own
+navigation function, and its own V.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.navigation.detour import detour
+from drake_ltl.systems.arrival import Arrival
+from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
+from drake_ltl.systems.progress import Measurement, Progress
+from drake_ltl.systems.signals import Mode, reach_ends
+from drake_ltl.systems.step_field import ALL, FieldBuilder, Leg, moving_tasks
+
+STALL_SPEED = 0.02
+"""Movers slower than this have come to rest [m/s, rad/s]: below the speed at which goals count as reached."""
+STALL_TIME = 3.0
+"""Movers at rest for so long short of their goals do not get there on this way [s]."""
+PASSED = 0.15
+"""A way point counts as passed at this distance [m]."""
+
+
+def started(state: Progress, task: TravelTask | TransportTask, models: MeasuredModels) -> Progress:
+    """With the task's agents in the mode in which they carry it out."""
+    names = list(models.agents)
+    if isinstance(task, TravelTask):
+        return state.with_agent(names.index(task.agent), mode=Mode.TRANSITION)
+    mode = Mode.TRANSPORT + list(models.objects).index(task.object)
+    for agent in task.team:
+        state = state.with_agent(names.index(agent), mode=mode)
+    return state
+
+
+@dataclass(frozen=True)
+class Detours:
+    """The rules by which movers go on that a step's own navigation function does not bring to their goals."""
+
+    fields: FieldBuilder
+    models: MeasuredModels
+    arrival: Arrival
+
+    def keep_moving(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
+        """Looks after way points passed, lone movers that have arrived, and stalls."""
+        tasks = (*step.travels, *step.transports)
+        if state.active != ALL:
+            if state.way and self._passed(state, tasks[state.active], now):
+                return state.new_interval(now, way=state.way[1:])
+            if not state.way and not self.arrival.left(tasks[state.active], now):
+                return self._next_mover(state, step, now)
+        if any(self.arrival.speed(task, now) > STALL_SPEED for task in tasks):
+            return state if state.slow_since == np.inf else replace(state, slow_since=np.inf)
+        if any(signals.mode == Mode.REACH for signals in state.agents):
+            return state
+        if state.slow_since == np.inf:
+            return replace(state, slow_since=now.time)
+        return self._next_mover(state, step, now) if now.time - state.slow_since >= STALL_TIME else state
+
+    def _next_mover(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
+        """The next mover in turn that is not at its goal and can get there; all wait if there is none."""
+        tasks = (*step.travels, *step.transports)
+        for offset in range(1, len(tasks) + 1):
+            index = (state.active + offset) % len(tasks)
+            if self.arrival.left(tasks[index], now) and (way := self._way(state, step, index, now)) is not None:
+                state = state.holding(now, but=frozenset({Mode.REACH}))
+                state = state.new_interval(now, way=tuple(way), active=index)
+                return started(state, tasks[index], self.models)
+        return replace(state, slow_since=now.time)
+
+    def _way(
+        self, state: Progress, step: StepProgram, index: int, now: Measurement
+    ) -> list[tuple[float, float]] | None:
+        reaching = {task.weld.agent for task in (*step.grasps, *step.releases)}
+        reaches = {
+            name: reach_ends(signals.reach)
+            for name, signals in zip(self.models.agents, state.agents, strict=True)
+            if name in reaching
+        }
+        relations = self.fields.relations(*moving_tasks(step, Leg(index), self.models), now.snapshot, reaches)
+        if any(relations.relations.violated(ends) for ends in (relations.start, relations.goal)):
+            return None  # somebody stands where this mover is to go
+        return detour(relations)
+
+    def _passed(self, state: Progress, task: TravelTask | TransportTask, now: Measurement) -> bool:
+        if isinstance(task, TravelTask):
+            here = self.models.agents[task.agent].centre(now.q[task.agent])
+        else:
+            here = now.X_WO[task.object].translation()
+        return float(np.linalg.norm(here[:2] - state.way[0])) <= PASSED
