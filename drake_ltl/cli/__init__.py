@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 
 import drake_ltl
 from drake_ltl.cli import plan, simulate, verify
-from drake_ltl.cli.outcome import BAD_INPUT, INTERRUPTED, complain
+from drake_ltl.cli.outcome import BAD_INPUT, INTERRUPTED, complain, silence_stdout
 from drake_ltl.errors import DrakeLtlError, InvalidInputError
 
 
@@ -34,12 +33,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def entry_point() -> None:
     """What the installed script calls."""
+    status = main()
     try:
-        status = main()
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader of a pipe went away: nothing more to say to it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = 0
+    except BrokenPipeError:
+        silence_stdout()
     sys.exit(status)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,19 @@ PIPE_WIDTH = 120
 
 def console() -> Console:
     """Where results go."""
-    return Console() if sys.stdout.isatty() else Console(width=PIPE_WIDTH)
+    return _Console() if sys.stdout.isatty() else _Console(width=PIPE_WIDTH)
+
+
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        """The reader of a pipe went away: say nothing more to it, but finish the work (the base class would exit)."""
+        self.quiet = True
+        silence_stdout()
+
+
+def silence_stdout() -> None:
+    """Whatever is still to be written to stdout is dropped."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def complain(text: str) -> None:
