@@ -1,0 +1,191 @@
+"""The global formula as a list of small deterministic automata, one for each conjunct."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+from drake_ltl.scenario.formulas import global_formula
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.spot_support import require_spot
+
+Cube = tuple[tuple[str, bool], ...]
+"""Some propositions `m.p` and whether they hold; the others do not matter."""
+
+_MOST_LETTERS = 64
+_MOST_WORDS = 3000
+"""Beyond these sizes it is not computed after how many rounds an automaton settles."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Reading a letter within `cube` leads from a state to a state; None: no word goes on from there."""
+
+    source: int
+    cube: Cube
+    target: int | None
+    marks: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One way to accept: of the marks that recur, all of `often` are there and none of `never`."""
+
+    often: frozenset[int]
+    never: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Conjunct:
+    """A deterministic Emerson-Lei automaton, complete in its edges (some lead nowhere).
+
+    Deterministic automata always exist if the acceptance may be any Boolean combination of recurring marks; so
+    a run needs no guess, and most fairness formulas need but one state.
+    """
+
+    formula: str
+    initial: int
+    n_states: int
+    edges: tuple[Edge, ...]
+    clauses: tuple[Clause, ...]
+
+    @cached_property
+    def propositions(self) -> tuple[str, ...]:
+        """All that occur in the edges' cubes, `m.p`."""
+        return tuple(sorted({name for edge in self.edges for name, _ in edge.cube}))
+
+    @property
+    def members(self) -> frozenset[str]:
+        """Whom it speaks of."""
+        return frozenset(name.partition(".")[0] for name in self.propositions)
+
+    def read(self, state: int, letter: Iterable[str]) -> tuple[int | None, frozenset[int]]:
+        """The state after a letter, and the marks met."""
+        holds = set(letter)
+        for edge in self.edges:
+            if edge.source == state and all((name in holds) == truth for name, truth in edge.cube):
+                return edge.target, edge.marks
+        raise AssertionError(f"no edge of {self.formula} reads {sorted(holds)} in state {state}")
+
+    @cached_property
+    def settles(self) -> int | None:
+        """After how many rounds of any word v the automaton is in a state to which v returns; None: unknown.
+
+        The least r such that v^r leads from each state to one that v keeps, or to none at all, for all v: found by
+        forming all maps of states that words are. LTL cannot count, so that r exists for some automaton of each
+        formula, though not necessarily for this one.
+        """
+        if self.n_states == 1 and all(edge.target == 0 for edge in self.edges):
+            return 0
+        if 1 << len(self.propositions) > _MOST_LETTERS:
+            return None
+        dead = self.n_states
+        letters = {self._map(letter, dead) for letter in _subsets(self.propositions)}
+        words, fresh = set(letters), list(letters)
+        while fresh:
+            word = fresh.pop()
+            new = {tuple(letter[q] for q in word) for letter in letters} - words
+            words |= new
+            fresh += new
+            if len(words) > _MOST_WORDS:
+                return None
+        rounds = [_index(word) for word in words]
+        return None if None in rounds else max(r for r in rounds if r is not None)
+
+    def _map(self, letter: Iterable[str], dead: int) -> tuple[int, ...]:
+        targets = (self.read(q, letter)[0] for q in range(self.n_states))
+        return (*(dead if t is None else t for t in targets), dead)
+
+
+def conjuncts(scenario: Scenario) -> list[Conjunct]:
+    """One automaton for each conjunct at the top of the global formula; together they are that formula."""
+    return [automaton(str(part)) for part in _parts(require_spot().formula(global_formula(scenario)))]
+
+
+def formula_of_each_member(scenario: Scenario) -> dict[str, str]:
+    """The conjunction of all conjuncts that speak of one member alone, for each member that has one.
+
+    Conjuncts without propositions are left out.
+    """
+    spot = require_spot()
+    own: dict[str, list[Any]] = {}
+    for part in _parts(spot.formula(global_formula(scenario))):
+        members = {ap.ap_name().partition(".")[0] for ap in spot.atomic_prop_collect(part)}
+        if len(members) == 1:
+            own.setdefault(members.pop(), []).append(part)
+    return {member: str(spot.formula.And(parts)) for member, parts in own.items()}
+
+
+def is_contradictory(scenario: Scenario) -> bool:
+    """Whether no word at all satisfies the global formula."""
+    return bool(require_spot().formula(global_formula(scenario)).translate("small").is_empty())
+
+
+def automaton(formula: str) -> Conjunct:
+    """A deterministic automaton of a formula."""
+    made = require_spot().formula(formula).translate("generic", "deterministic")
+    names = {made.register_ap(ap): ap.ap_name() for ap in made.ap()}
+    buddy = importlib.import_module("buddy")  # comes with Spot
+    edges, left = [], [buddy.bddtrue for _ in range(made.num_states())]
+    for edge in made.edges():
+        left[edge.src] = buddy.bdd_and(left[edge.src], buddy.bdd_not(edge.cond))
+        marks = frozenset(edge.acc.sets())
+        edges += [Edge(edge.src, cube, edge.dst, marks) for cube in _cubes(buddy, edge.cond, names)]
+    for state, condition in enumerate(left):
+        edges += [Edge(state, cube, None) for cube in _cubes(buddy, condition, names)]
+    clauses = _clauses(str(made.get_acceptance().to_dnf()))
+    return Conjunct(formula, made.get_init_state_number(), made.num_states(), tuple(edges), clauses)
+
+
+def _parts(formula: Any) -> list[Any]:
+    spot = require_spot()
+    return list(formula) if formula._is(spot.op_And) else [formula]
+
+
+def _cubes(buddy: Any, condition: Any, names: Mapping[int, str], so_far: Cube = ()) -> Iterator[Cube]:
+    """Disjoint cubes that together are a binary decision diagram: its paths."""
+    if condition == buddy.bddfalse:
+        return
+    if condition == buddy.bddtrue:
+        yield so_far
+        return
+    name = names[buddy.bdd_var(condition)]
+    yield from _cubes(buddy, buddy.bdd_low(condition), names, (*so_far, (name, False)))
+    yield from _cubes(buddy, buddy.bdd_high(condition), names, (*so_far, (name, True)))
+
+
+def _clauses(acceptance: str) -> tuple[Clause, ...]:
+    """Read a disjunctive normal form such as `(Fin(0) & Inf(1)) | (Inf(2)&Inf(3))`; `t` and `f` are constants."""
+    if acceptance == "f":
+        return ()
+    clauses = []
+    for part in acceptance.split("|"):
+        atoms = re.findall(r"(Inf|Fin)\((\d+)\)", part)
+        often, never = (frozenset(int(mark) for kind, mark in atoms if kind == wanted) for wanted in ("Inf", "Fin"))
+        clauses.append(Clause(often, never))
+    return tuple(clauses)
+
+
+def _subsets(names: tuple[str, ...]) -> Iterator[list[str]]:
+    for truth in product((False, True), repeat=len(names)):
+        yield [name for name, holds in zip(names, truth, strict=True) if holds]
+
+
+def _index(word: tuple[int, ...]) -> int | None:
+    """After how many rounds of a word no state changes any more, unless it dies; None: some go round in a circle."""
+    dead = len(word) - 1
+    most = 0
+    for state in range(dead):
+        met = [state]
+        while word[met[-1]] not in met:
+            met.append(word[met[-1]])
+        if word[met[-1]] != met[-1]:
+            return None
+        if met[-1] != dead:
+            most = max(most, len(met) - 1)
+    return most
