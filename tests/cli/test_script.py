@@ -1,0 +1,107 @@
+"""The installed command, and what it loads."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import drake_ltl as drake_ltl_package
+
+SCRIPT = shutil.which("drake-ltl", path=str(Path(sys.executable).parent))
+
+
+def run(*arguments: object, **options) -> subprocess.CompletedProcess:
+    assert SCRIPT is not None, "the package is not installed"
+    command = [SCRIPT, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120, **options)
+
+
+def python(code: str) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120)
+
+
+@pytest.mark.parametrize(
+    ("change", "status"), [(("", ""), 0), (("GF near", "G !near"), 1), (("power: 1", "power: 0"), 2)]
+)
+def test_exit_statuses(shuttle_file, change, status):
+    text = shuttle_file.read_text(encoding="utf-8").replace(*change)
+    shuttle_file.write_text(text, encoding="utf-8")
+    result = run("plan", shuttle_file)
+    assert result.returncode == status
+    assert bool(result.stdout) == (status == 0)
+    assert len(result.stderr.splitlines()) == (status != 0)
+
+
+def test_no_command_is_a_mistake():
+    result = run()
+    assert result.returncode == 2
+    assert "usage" in result.stderr
+
+
+def test_version():
+    assert run("--version").stdout.split() == ["drake-ltl", drake_ltl_package.__version__]
+
+
+def test_help(drake_ltl):
+    helped = drake_ltl("--help")
+    assert helped.status == 0
+    for command in ("plan", "simulate", "verify"):
+        assert command in helped.out
+        assert drake_ltl(command, "--help").status == 0
+
+
+def test_a_pipe_that_closes_does_not_end_the_work(shuttle_file, tmp_path):
+    command = f"'{SCRIPT}' plan '{shuttle_file}' --json '{tmp_path}/plan.json' | true"
+    result = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert result.returncode == 0
+    assert result.stderr == ""
+    assert json.loads((tmp_path / "plan.json").read_text(encoding="utf-8"))["status"] == "optimal"
+
+
+def test_output_in_a_pipe_is_plain(examples):
+    result = run("plan", examples / "case_ii.yaml")
+    assert "\x1b" not in result.stdout
+    assert max(len(line) for line in result.stdout.splitlines()) <= 120
+
+
+def test_planning_with_all_radii_given_needs_no_drake(examples):
+    path = str(examples / "case_ii.yaml")
+    code = f"import sys; from drake_ltl.cli import main; status = main(['plan', {path!r}]); "
+    result = python(
+        code + "print(json.dumps([status, 'pydrake' in sys.modules]))".replace("json.", "__import__('json').")
+    )
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout.splitlines()[-1]) == [0, False]
+
+
+SYMBOLIC = ("scenario", "planning", "navigation", "verification")
+
+
+@pytest.mark.parametrize("package", SYMBOLIC)
+def test_the_symbolic_half_never_loads_drake(package):
+    """Every module of it, not only what its package imports."""
+    result = python(f"""
+import importlib, pkgutil, sys
+package = importlib.import_module("drake_ltl.{package}")
+names = [found.name for found in pkgutil.walk_packages(package.__path__, package.__name__ + ".")]
+for name in names:
+    importlib.import_module(name)
+assert len(names) > 3, names
+loaded = sorted(name for name in sys.modules if name.split(".")[0] in ("pydrake", "models", "diagrams"))
+assert not loaded, loaded
+assert "drake_ltl.systems" not in sys.modules
+""")
+    assert result.returncode == 0, result.stderr
+
+
+def test_recordings_are_read_without_drake():
+    code = "import sys, drake_ltl.execution.recording, drake_ltl.cli; assert 'pydrake' not in sys.modules"
+    result = python(code)
+    assert result.returncode == 0, result.stderr

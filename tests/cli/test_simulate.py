@@ -1,0 +1,157 @@
+"""`drake-ltl simulate` on a mission of seconds."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from drake_ltl.cli import simulate
+from drake_ltl.execution.recording import Recording
+
+KEYS = {
+    "satisfied",
+    "violations",
+    "word",
+    "steps",
+    "min_clearance",
+    "max_lyapunov_increase",
+    "max_weld_error",
+    "simulated_seconds",
+    "wall_seconds",
+    "realtime_factor",
+}
+
+
+def read(path) -> dict:
+    data = json.loads(path.read_text(encoding="utf-8"))
+    assert set(data) == KEYS
+    return data
+
+
+def test_everything_is_written(drake_ltl, shuttle_file, tmp_path):
+    out = tmp_path / "out"
+    result = drake_ltl(
+        "simulate",
+        shuttle_file,
+        *("--json", tmp_path / "verdict.json"),
+        *("--recording", tmp_path / "run.npz"),
+        *("--record", tmp_path / "page.html"),
+        *("--graphviz", tmp_path / "systems.dot"),
+        *("--report", out / "deep"),
+    )
+    assert result.status == 0, result.err
+    assert "SATISFIED" in result.out
+    data = read(tmp_path / "verdict.json")
+    assert data["satisfied"] is True
+    assert data["violations"] == []
+    assert data["word"] == [["a1.near"], ["a1.far"], ["a1.near"]]
+    assert set(data["min_clearance"]) == {"agent_agent", "agent_object", "team_other", "forbidden_region"}
+    assert [set(step) for step in data["steps"]] == [{"actions", "start", "duration"}] * 2
+    assert data["simulated_seconds"] > 1.0
+    assert data["wall_seconds"] > 0.0
+    assert data["realtime_factor"] == pytest.approx(data["simulated_seconds"] / data["wall_seconds"])
+    report = out / "deep"
+    assert read(report / "verdict.json") == data
+    assert json.loads((report / "plan.json").read_text(encoding="utf-8"))["status"] == "optimal"
+    assert (report / "recording.npz").read_bytes() == (tmp_path / "run.npz").read_bytes()
+    assert len(list(report.glob("*.png"))) >= 3
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "<html" in page.lower()
+    assert "navigation_field" in (tmp_path / "systems.dot").read_text(encoding="utf-8")
+
+
+def test_what_was_simulated_can_be_verified(drake_ltl, shuttle_file, tmp_path):
+    rounds = drake_ltl("simulate", shuttle_file, "--suffix-rounds", "2", "--recording", tmp_path / "run.npz")
+    assert rounds.status == 0
+    assert len(Recording.load(tmp_path / "run.npz").steps) == 4
+    result = drake_ltl("verify", tmp_path / "run.npz", "--json", tmp_path / "verdict.json")
+    assert result.status == 0
+    assert "SATISFIED" in result.out
+    data = read(tmp_path / "verdict.json")
+    assert data["satisfied"] is True
+    assert data["wall_seconds"] is data["realtime_factor"] is None  # which no recording knows
+
+
+def test_a_run_that_fails_is_violated(drake_ltl, shuttle_file, tmp_path):
+    text = shuttle_file.read_text(encoding="utf-8") + "simulation: {step_time_limit: 1.0}\n"
+    shuttle_file.write_text(text, encoding="utf-8")
+    result = drake_ltl(
+        "simulate", shuttle_file, "--json", tmp_path / "verdict.json", "--recording", tmp_path / "run.npz"
+    )
+    assert result.status == 1
+    assert "VIOLATED" in result.out
+    data = read(tmp_path / "verdict.json")
+    assert data["satisfied"] is False
+    assert any("did not finish within 1 s: a1" in violation for violation in data["violations"])
+    assert drake_ltl("verify", tmp_path / "run.npz").status == 1
+
+
+def test_an_interrupted_run_is_kept_and_judged(drake_ltl, shuttle_file, tmp_path, monkeypatch):
+    def reporter(bar):
+        def report(progress):
+            if progress.time >= 1.0:
+                raise KeyboardInterrupt
+
+        return report
+
+    monkeypatch.setattr(simulate, "_reporter", reporter)
+    result = drake_ltl("simulate", shuttle_file, "--recording", tmp_path / "run.npz")
+    assert result.status == 1
+    assert "interrupted" in result.out
+    assert Recording.load(tmp_path / "run.npz").reason == "interrupted"
+
+
+def test_what_cannot_be_is_infeasible(drake_ltl, shuttle_file, tmp_path):
+    text = shuttle_file.read_text(encoding="utf-8").replace("GF near", "G !near")
+    shuttle_file.write_text(text, encoding="utf-8")
+    result = drake_ltl("simulate", shuttle_file, "--json", tmp_path / "verdict.json")
+    assert result.status == 1
+    (line,) = result.err.splitlines()
+    assert line.startswith("infeasible: ")
+    data = read(tmp_path / "verdict.json")
+    assert data["satisfied"] is False
+    assert len(data["violations"]) == 1
+    assert {key for key in KEYS if data[key] is None} == KEYS - {"satisfied", "violations"}
+
+
+def test_bad_input(drake_ltl, shuttle_file):
+    text = shuttle_file.read_text(encoding="utf-8").replace("power: 1", "power: -1")
+    shuttle_file.write_text(text, encoding="utf-8")
+    result = drake_ltl("simulate", shuttle_file)
+    assert result.status == 2
+    assert result.err.startswith("agents.a1.power: ")
+    assert len(result.err.splitlines()) == 1
+
+
+def test_a_model_that_cannot_be_used(drake_ltl, shuttle_file, tmp_path, examples):
+    urdf = (examples.parent / "models" / "agents" / "planar_arm.urdf").read_text(encoding="utf-8")
+    (tmp_path / "arm.urdf").write_text(urdf.replace('<frame name="grasp"', '<frame name="hand"'), encoding="utf-8")
+    text = shuttle_file.read_text(encoding="utf-8")
+    text = text.replace("package://drake_ltl_models/agents/planar_arm.urdf", "arm.urdf")
+    shuttle_file.write_text(text, encoding="utf-8")
+    result = drake_ltl("simulate", shuttle_file)
+    assert result.status == 2
+    (line,) = result.err.splitlines()
+    assert line.startswith("agents.a1.model: arm.urdf has no frame 'grasp'")
+
+
+@pytest.mark.parametrize("option", ["--json", "--recording", "--record", "--graphviz"])
+def test_outputs_are_checked_before_the_work(drake_ltl, tmp_path, option):
+    result = drake_ltl("simulate", tmp_path / "nothing.yaml", option, tmp_path / "no" / "file")
+    assert result.status == 2
+    assert "there is no folder" in result.err
+
+
+def test_a_report_needs_a_folder(drake_ltl, shuttle_file):
+    result = drake_ltl("simulate", shuttle_file, "--report", shuttle_file)
+    assert result.status == 2
+    assert str(shuttle_file) in result.err
+    assert len(result.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("rounds", ["0", "-1", "many", "1.5", "1000000"])
+def test_rounds_that_are_none(drake_ltl, shuttle_file, rounds):
+    result = drake_ltl("simulate", shuttle_file, "--suffix-rounds", rounds)
+    assert result.status == 2
+    assert rounds in result.err
