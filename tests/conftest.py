@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# Machines are noisy: how long an example takes proves nothing. Where a failure would stop everybody, the same
+# examples are tried every time.
+settings.register_profile(
+    "drake_ltl", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
+)
+settings.load_profile("drake_ltl")
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

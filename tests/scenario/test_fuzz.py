@@ -41,7 +41,7 @@ def loads_or_complains(text: str) -> None:
     else:
         assert scenario.agents
         assert scenario.regions
-        assert None not in dataclasses.astuple(scenario.controller)
+        assert None not in dataclasses.astuple(dataclasses.replace(scenario.controller, kappa=1.0))
         global_formula(scenario)
         return
     assert error.mistakes
