@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from drake_ltl.errors import CertificateError, InfeasibleError, SearchLimitError
-from drake_ltl.planning.conjuncts import Conjunct
+from drake_ltl.planning.demands import Demand
 from drake_ltl.planning.existence import Existence, FindPlan
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import Plan, State
@@ -195,5 +195,5 @@ class _Search:
 def _groups(reasons: Sequence[Reason]) -> list[list[Reason]]:
     """In the order in which they are given up: facts first, so that what remains is about formulas if possible."""
     kinds = [[r for r in reasons if isinstance(r, kind)] for kind in (Room, Power, Start)]
-    formulas = [r for r in reasons if isinstance(r, Conjunct)]
+    formulas = [r for r in reasons if isinstance(r, Demand)]
     return [*kinds, [r for r in formulas if not r.owner], [r for r in formulas if r.owner]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from drake_ltl.planning.conjuncts import Conjunct, conjuncts, with_conjuncts
+from drake_ltl.planning.demands import Demand, demands, with_demands
 from drake_ltl.planning.fits import Content, Fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import CanCarry
@@ -33,7 +33,7 @@ class Start:
     member: str
 
 
-Reason = Conjunct | Power | Room | Start
+Reason = Demand | Power | Room | Start
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Problem:
         """All formulas, split at their conjunctions, then all facts."""
         scenario = self.scenario
         return (
-            *conjuncts(scenario),
+            *demands(scenario),
             *map(Power, scenario.object_names),
             *map(Room, scenario.region_names),
             *map(Start, scenario.agent_names + scenario.object_names),
@@ -59,7 +59,7 @@ class Problem:
     def with_only(self, kept: Iterable[Reason]) -> Problem:
         """The same without all reasons but some. The start stays: see `drake_ltl.planning.existence`."""
         kept = frozenset(kept)
-        scenario = with_conjuncts(self.scenario, [r for r in self.reasons if isinstance(r, Conjunct) and r in kept])
+        scenario = with_demands(self.scenario, [r for r in self.reasons if isinstance(r, Demand) and r in kept])
 
         def fits(region: Region, content: Content) -> bool:
             return Room(region.name) not in kept or self.fits(region, content)

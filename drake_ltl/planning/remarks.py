@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 
 from drake_ltl.planning.automaton import translate
-from drake_ltl.planning.conjuncts import Conjunct, in_words, speaks_of, with_conjuncts
+from drake_ltl.planning.demands import Demand, in_words, speaks_of, with_demands
 from drake_ltl.planning.fits import Content
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start
@@ -24,7 +24,7 @@ _MOST_NAMED = 4
 def reason_in_words(problem: Problem, reason: Reason) -> str:
     """A formula or a fact on one line."""
     scenario, start = problem.scenario, problem.start
-    if isinstance(reason, Conjunct):
+    if isinstance(reason, Demand):
         return in_words(scenario, reason)
     if isinstance(reason, Power):
         if not _adds_up(problem):
@@ -60,12 +60,12 @@ def able_teams(problem: Problem, obj: str) -> tuple[tuple[str, ...], ...]:
 def may_enter(problem: Problem, agent: str, region: str, reasons: Iterable[Reason]) -> bool:
     """Whether an agent that goes where it likes can ever be in a region, by the formulas about it alone."""
     scenario = problem.scenario
-    about = [r for r in reasons if isinstance(r, Conjunct) and speaks_of(scenario, r) == {agent}]
+    about = [r for r in reasons if isinstance(r, Demand) and speaks_of(scenario, r) == {agent}]
     letters = {name: _letter(scenario, agent, name) for name in scenario.region_names}
     world = f"G({' | '.join(letters.values())}) & F({letters[region]})"
     if Start(agent) in reasons:
         world += f" & ({letters[problem.start.agents[scenario.agent_names.index(agent)]]})"
-    return not translate(f"({global_formula(with_conjuncts(scenario, about))}) & {world}").is_empty()
+    return not translate(f"({global_formula(with_demands(scenario, about))}) & {world}").is_empty()
 
 
 def _carrying(problem: Problem, obj: str, reasons: Sequence[Reason]) -> Iterator[str]:
@@ -119,7 +119,7 @@ def _with_object(team: tuple[str, ...], obj: str) -> tuple[Content, Content]:
 
 
 def _members(scenario: Scenario, reason: Reason) -> frozenset[str]:
-    if isinstance(reason, Conjunct):
+    if isinstance(reason, Demand):
         return speaks_of(scenario, reason)
     if isinstance(reason, Power):
         return frozenset({reason.object})

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from drake_ltl.planning.plan import Action, Plan, State
+from drake_ltl.planning.stuttering import stutter_note
 from drake_ltl.scenario.model import Scenario
 
 _HARD_SPACE = "\N{NO-BREAK SPACE}"  # lines break between actions, not within
@@ -21,7 +23,7 @@ def plan_table(plan: Plan, scenario: Scenario) -> Table:
     """
     table = Table(
         title=f"Plan of {scenario.name}" if scenario.name else None,
-        caption=_caption(plan),
+        caption=_caption(plan, scenario),
         box=box.SIMPLE_HEAD,
         title_justify="left",
         caption_justify="left",
@@ -68,8 +70,9 @@ def _start(state: State, scenario: Scenario) -> Text:
     return Text("start: " + ", ".join(part.replace(" ", _HARD_SPACE) for part in parts))
 
 
-def _caption(plan: Plan) -> str:
+def _caption(plan: Plan, scenario: Scenario) -> str:
     costs = f"J = {plan.cost:.6g} = {plan.prefix_cost:.6g} (prefix) + {plan.suffix_cost:.6g} (suffix), {plan.status}"
     if plan.status != "optimal":
         costs += f"; at least {plan.lower_bound:.6g}"
-    return f"* repeated for ever\n{costs}"
+    note = stutter_note(scenario)
+    return "\n".join(["* repeated for ever", costs, *([escape(note)] if note else [])])

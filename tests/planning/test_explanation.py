@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from drake_ltl.errors import CertificateError, InfeasibleError, SearchLimitError
 from drake_ltl.planning import existence, plan
 from drake_ltl.planning.certificate import check
-from drake_ltl.planning.conjuncts import Conjunct, conjuncts, in_words, with_conjuncts
+from drake_ltl.planning.demands import Demand, demands, in_words, with_demands
 from drake_ltl.planning.explanation import explain_infeasible
 from drake_ltl.planning.feasibility import feasible_starts
 from drake_ltl.planning.fits import published_fits
@@ -39,28 +39,28 @@ def has_plan(scenario, start, fits, can_carry=None):
     return True
 
 
-# Conjuncts
+# Demands
 
 
 def test_formulas_are_split_at_their_conjunctions(case_i):
     scenario, _ = case_i
-    assert conjuncts(scenario) == (
-        Conjunct("a1", "G!pi3"),
-        Conjunct("a2", "GFpi3"),
-        Conjunct("o1", "GFpi1"),
-        Conjunct("o1", "G(pi1 -> Xpi4)"),
-        Conjunct("o2", "Fpi4"),
+    assert demands(scenario) == (
+        Demand("a1", "G!pi3"),
+        Demand("a2", "GFpi3"),
+        Demand("o1", "GFpi1"),
+        Demand("o1", "G(pi1 -> Xpi4)"),
+        Demand("o2", "Fpi4"),
     )
 
 
-def test_all_conjuncts_together_are_the_specification(make_scenario):
+def test_all_demands_together_are_the_specification(make_scenario):
     scenario = make_scenario(
         {"a1": (1.0, "G !pi3 & (F pi1 | X pi2) & 1")}, {"o1": (1.0, "1")}, spec="F a1.pi2 & (X o1.pi1 & G !o1.pi4)"
     )
     spot = require_spot()
-    again = with_conjuncts(scenario, conjuncts(scenario))
+    again = with_demands(scenario, demands(scenario))
     assert spot.are_equivalent(spot.formula(global_formula(again)), spot.formula(global_formula(scenario)))
-    assert global_formula(with_conjuncts(scenario, [])) == "1"
+    assert global_formula(with_demands(scenario, [])) == "1"
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_all_conjuncts_together_are_the_specification(make_scenario):
 def test_words(make_scenario, owner, formula, text):
     services = {"a1": {"pi4": ("charge",)}}
     scenario = make_scenario({"a1": (1.0, "1")}, {"o1": (1.0, "1")}, services=services)
-    assert in_words(scenario, Conjunct(owner, formula)) == text
+    assert in_words(scenario, Demand(owner, formula)) == text
 
 
 # What is found
@@ -113,7 +113,7 @@ def test_too_weak_where_others_may_not_go(make_scenario):
 def test_too_weak_anywhere(make_scenario):
     scenario = make_scenario({"a1": (2.0, "1"), "a2": (3.0, "GF pi1")}, {"o1": (6.0, "F pi4")})
     found = explained(scenario, State(("pi1", "pi3"), ("pi2",), (None, None)))
-    assert found.reasons == (Conjunct("o1", "Fpi4"), Power("o1"), Start("o1"))
+    assert found.reasons == (Demand("o1", "Fpi4"), Power("o1"), Start("o1"))
     assert found.remarks == ("all agents together cannot carry o1 (a1 + a2 give 5)",)
 
 
@@ -124,7 +124,7 @@ def test_no_room_for_the_team(make_scenario):
         return not (region.name == "pi4" and len(content.holds) > 1)
 
     found = explained(scenario, State(("pi1", "pi3"), ("pi2",), (None, None)), fits)
-    assert found.reasons == (Conjunct("o1", "Fpi4"), Power("o1"), Room("pi4"), Start("o1"))
+    assert found.reasons == (Demand("o1", "Fpi4"), Power("o1"), Room("pi4"), Start("o1"))
     assert found.remarks == ("o1 can be carried by a1 + a2 only", "pi4 has no room for a1 + a2 with o1")
     assert "  pi4 has room for what fits within 3.5 m of its centre" in found.lines
 
@@ -134,7 +134,7 @@ def test_no_room_for_a_crowd(make_scenario):
     found = explained(
         scenario, State(("pi1", "pi2", "pi3"), (), (None,) * 3), lambda region, content: len(content.free_agents) < 3
     )
-    assert found.reasons == (Conjunct("", "F(a1.pi4 & a2.pi4 & a3.pi4)"), Room("pi4"))
+    assert found.reasons == (Demand("", "F(a1.pi4 & a2.pi4 & a3.pi4)"), Room("pi4"))
     assert found.remarks == ("pi4 has no room for a1 + a2 + a3",)
 
 
@@ -152,7 +152,7 @@ def test_an_impossible_start(make_scenario):
 def test_a_start_where_it_must_not_be(make_scenario):
     scenario = make_scenario({"a1": (1.0, "G !pi1"), "a2": (1.0, "GF pi1")}, {})
     found = explained(scenario, State(("pi1", "pi2"), (), (None, None)))
-    assert found.reasons == (Conjunct("a1", "G!pi1"), Start("a1"))
+    assert found.reasons == (Demand("a1", "G!pi1"), Start("a1"))
     assert found.without[Start("a1")].states[0].agents[0] != "pi1"
     assert found.without[Start("a1")].states[0].agents[1] == "pi2"  # who starts where is changed as little as possible
 
@@ -171,9 +171,9 @@ def test_two_members_clash_through_the_global_formula(make_scenario):
     )
     found = explained(scenario, State(("pi3", "pi2"), ("pi3",), (None, None)))
     assert found.reasons == (
-        Conjunct("a1", "GFpi1"),
-        Conjunct("a2", "G!pi1"),
-        Conjunct("", "G(a1.pi1 -> a2.pi1)"),
+        Demand("a1", "GFpi1"),
+        Demand("a2", "G!pi1"),
+        Demand("", "G(a1.pi1 -> a2.pi1)"),
     )
 
 
@@ -181,7 +181,7 @@ def test_callers_who_say_themselves_who_can_carry(make_scenario):
     scenario = make_scenario({"a1": (9.0, "G !pi2"), "a2": (9.0, "1")}, {"o1": (1.0, "F pi2")})
     start = State(("pi1", "pi1"), ("pi1",), (None, None))
     found = explained(scenario, start, can_carry=lambda obj, team: team == {"a1"})
-    assert found.reasons == (Conjunct("a1", "G!pi2"), Conjunct("o1", "Fpi2"), Power("o1"), Start("o1"))
+    assert found.reasons == (Demand("a1", "G!pi2"), Demand("o1", "Fpi2"), Power("o1"), Start("o1"))
     assert "  o1 can be carried by some teams only" in found.lines
     assert found.remarks == ("a2 cannot carry o1 in pi2; no other may enter it",)
 
@@ -191,7 +191,7 @@ def test_grasps_at_the_start_are_facts(make_scenario):
     start = State(("pi1", "pi1"), ("pi1",), ("o1", None))
     found = explained(scenario, start)
     assert Start("o1") in found.reasons
-    assert Conjunct("o1", "Xpi2") in found.reasons
+    assert Demand("o1", "Xpi2") in found.reasons
 
 
 # Limits
@@ -227,7 +227,7 @@ def test_beyond_enumeration_the_planner_decides(make_scenario, monkeypatch):
 
     monkeypatch.setattr(existence, "form", too_large)
     found = explain_infeasible(scenario, start, anything_fits)
-    sure = {Conjunct("a1", "G!pi2"), Conjunct("o1", "Fpi2"), Power("o1")}
+    sure = {Demand("a1", "G!pi2"), Demand("o1", "Fpi2"), Power("o1")}
     starts = {Start("a1"), Start("a2"), Start("o1")}
     assert set(found.reasons) == sure | starts
     assert found.unsure == starts

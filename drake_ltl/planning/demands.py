@@ -37,7 +37,7 @@ _SERVICE_WORDS = {
 
 
 @dataclass(frozen=True)
-class Conjunct:
+class Demand:
     """One part of a formula that must hold together with all others."""
 
     owner: str
@@ -50,7 +50,7 @@ class Conjunct:
         return f"{self.owner or 'spec'}: {spaced(self.formula)}"
 
 
-def conjuncts(scenario: Scenario) -> tuple[Conjunct, ...]:
+def demands(scenario: Scenario) -> tuple[Demand, ...]:
     """All formulas of a scenario, split at their top-level conjunctions: agents, objects, the global formula.
 
     Parts that are always true are left out.
@@ -60,15 +60,15 @@ def conjuncts(scenario: Scenario) -> tuple[Conjunct, ...]:
     for owner, formula in _formulas(scenario):
         parsed = spot.formula(formula)
         parts = list(parsed) if parsed._is(spot.op_And) else [parsed]
-        found += [Conjunct(owner, str(part)) for part in parts if not part.is_tt()]
+        found += [Demand(owner, str(part)) for part in parts if not part.is_tt()]
     return tuple(found)
 
 
-def with_conjuncts(scenario: Scenario, kept: Iterable[Conjunct]) -> Scenario:
+def with_demands(scenario: Scenario, kept: Iterable[Demand]) -> Scenario:
     """The same scenario with only some parts of its formulas."""
     parts: dict[str, list[str]] = {}
-    for conjunct in kept:
-        parts.setdefault(conjunct.owner, []).append(f"({conjunct.formula})")
+    for demand in kept:
+        parts.setdefault(demand.owner, []).append(f"({demand.formula})")
     specs = {owner: " & ".join(formulas) for owner, formulas in parts.items()}
     return replace(
         scenario,
@@ -83,25 +83,25 @@ def spaced(formula: str) -> str:
     return re.sub(r"([XFG])(?=[a-z_!\"])", r"\1 ", formula)
 
 
-def in_words(scenario: Scenario, conjunct: Conjunct) -> str:
+def in_words(scenario: Scenario, demand: Demand) -> str:
     """What a part asks for, such as `o2 must visit pi3 again and again (o2: GF pi3)`."""
-    pattern, proposition = _pattern(conjunct.formula)
-    member = conjunct.owner
+    pattern, proposition = _pattern(demand.formula)
+    member = demand.owner
     if not member and proposition is not None:
         member, _, proposition = proposition.partition(".")
     if proposition is None or not member:
-        subject = conjunct.owner or "the team"
-        return f"{subject} must satisfy {spaced(conjunct.formula)}"
+        subject = demand.owner or "the team"
+        return f"{subject} must satisfy {spaced(demand.formula)}"
     words = _REGION_WORDS if _is_region(scenario, member, proposition) else _SERVICE_WORDS
-    return f"{member} {words[pattern].format(proposition)} ({conjunct})"
+    return f"{member} {words[pattern].format(proposition)} ({demand})"
 
 
-def speaks_of(scenario: Scenario, conjunct: Conjunct) -> frozenset[str]:
+def speaks_of(scenario: Scenario, demand: Demand) -> frozenset[str]:
     """The members whose propositions occur in a part."""
-    if conjunct.owner:
-        return frozenset({conjunct.owner})
+    if demand.owner:
+        return frozenset({demand.owner})
     spot = require_spot()
-    names = {ap.ap_name() for ap in spot.atomic_prop_collect(spot.formula(conjunct.formula))}
+    names = {ap.ap_name() for ap in spot.atomic_prop_collect(spot.formula(demand.formula))}
     members = (*scenario.agent_names, *scenario.object_names)
     return frozenset(m for m in members if names & {canonical(m, p) for p in propositions(scenario, m)})
 
