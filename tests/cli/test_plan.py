@@ -102,11 +102,11 @@ def test_time_limits_that_are_none(drake_ltl, shuttle_file, seconds):
     assert seconds in result.err
 
 
-def test_a_method_that_is_not_there_yet(drake_ltl, shuttle_file):
-    result = drake_ltl("plan", shuttle_file, "--method", "bounded")
-    assert result.status == 2
-    assert "bounded" in result.err
+def test_methods(drake_ltl, shuttle_file):
     assert drake_ltl("plan", shuttle_file, "--method", "explicit").status == 0
+    result = drake_ltl("plan", shuttle_file, "--method", "guess")
+    assert result.status == 2
+    assert "'guess'" in result.err
 
 
 def test_every_mistake_has_its_line(drake_ltl, changed):
