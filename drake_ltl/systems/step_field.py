@@ -23,6 +23,8 @@ from drake_ltl.navigation import (
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
 
+LEAST_KAPPA = 12.0
+"""Less is slow even among few bodies."""
 KAPPA_PER_RELATION = 1.25
 """kappa for each relation where the scenario leaves it open: over random layouts, less is slow and more comes too
 close to what is passed."""
@@ -116,7 +118,7 @@ class FieldBuilder:
         """
         relations = self.relations(travels, transports, waiting, snapshot, reaches)
         settings = self.scenario.controller
-        kappa = settings.kappa or KAPPA_PER_RELATION * len(relations.relations)
+        kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * len(relations.relations))
         function = NavigationFunction.for_goal(
             relations.relations,
             relations.goal,
