@@ -315,6 +315,27 @@ def test_a_release_lets_go_at_once_and_backs_off(at_step):
     assert stage.look().count == LET_GO + 1
 
 
+def test_a_release_ends_at_rest(at_step, case_ii):
+    stage = at_step(LET_GO)
+    stage.finish_reaches()
+    stage.world.qd["a3"][1] = 2.0 * case_ii.tolerances.speed
+    assert stage.look().count == LET_GO
+    stage.world.qd["a3"][1] = 0.0
+    assert stage.look().count == LET_GO + 1
+
+
+@pytest.mark.parametrize(("who", "joint"), [("a2", 2), ("a3", 0), ("o2", 3)])
+def test_a_transport_ends_with_object_and_team_at_rest(at_step, case_ii, who, joint):
+    stage = at_step(CARRY_O2)
+    for task in stage.step.transports:
+        stage.move(task)
+    velocity = stage.world.qd[who] if who in stage.world.qd else stage.world.V_WO[who]
+    velocity[joint] = 2.0 * case_ii.tolerances.speed
+    assert stage.look().count == CARRY_O2
+    velocity[joint] = 0.0
+    assert stage.look().count == LET_GO
+
+
 def test_releases_are_a_revision_of_grasps(puppets):
     stage = puppets()
     stage.begin()
