@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 from drake_ltl.scenario.formulas import canonical, offers, propositions
 from drake_ltl.scenario.model import Scenario
@@ -53,14 +54,12 @@ class Demand:
 def demands(scenario: Scenario) -> tuple[Demand, ...]:
     """All formulas of a scenario, split at their top-level conjunctions: agents, objects, the global formula.
 
-    Parts that are always true are left out.
+    `G(p & q)` is `G p & G q`. Parts that are always true are left out.
     """
     spot = require_spot()
     found = []
     for owner, formula in _formulas(scenario):
-        parsed = spot.formula(formula)
-        parts = list(parsed) if parsed._is(spot.op_And) else [parsed]
-        found += [Demand(owner, str(part)) for part in parts if not part.is_tt()]
+        found += [Demand(owner, str(part)) for part in _parts(spot, spot.formula(formula)) if not part.is_tt()]
     return tuple(found)
 
 
@@ -90,7 +89,8 @@ def in_words(scenario: Scenario, demand: Demand) -> str:
     if not member and proposition is not None:
         member, _, proposition = proposition.partition(".")
     if proposition is None or not member:
-        subject = demand.owner or "the team"
+        members = speaks_of(scenario, demand)
+        subject = next(iter(members)) if len(members) == 1 else "the team"
         return f"{subject} must satisfy {spaced(demand.formula)}"
     words = _REGION_WORDS if _is_region(scenario, member, proposition) else _SERVICE_WORDS
     return f"{member} {words[pattern].format(proposition)} ({demand})"
@@ -109,6 +109,17 @@ def speaks_of(scenario: Scenario, demand: Demand) -> frozenset[str]:
 def _formulas(scenario: Scenario) -> list[tuple[str, str]]:
     own = [(member.name, member.spec) for member in (*scenario.agents, *scenario.objects)]
     return [*own, ("", scenario.spec)]
+
+
+def _parts(spot: Any, formula: Any) -> Iterator[Any]:
+    if formula._is(spot.op_And):
+        for part in formula:
+            yield from _parts(spot, part)
+    elif formula._is(spot.op_G):
+        for part in _parts(spot, formula[0]):
+            yield spot.formula.G(part)
+    else:
+        yield formula
 
 
 def _pattern(formula: str) -> tuple[str, str | None]:

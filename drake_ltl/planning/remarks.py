@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import combinations
+from collections.abc import Iterator, Sequence
 
-from drake_ltl.planning.automaton import translate
-from drake_ltl.planning.demands import Demand, in_words, speaks_of, with_demands
+from drake_ltl.planning.abilities import able_teams, may_enter, subsets
+from drake_ltl.planning.demands import Demand, in_words, speaks_of
 from drake_ltl.planning.fits import Content
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start
-from drake_ltl.scenario.formulas import global_formula, labels
 from drake_ltl.scenario.model import Scenario
 
 MOST_AGENTS = 10
@@ -48,43 +46,32 @@ def remarks(problem: Problem, reasons: Sequence[Reason]) -> tuple[str, ...]:
     return (*carrying, *crowding)
 
 
-def able_teams(problem: Problem, obj: str) -> tuple[tuple[str, ...], ...]:
-    """The teams that can carry an object and contain no smaller such team; at most MOST_AGENTS agents."""
-    found: list[tuple[str, ...]] = []
-    for team in _subsets(problem.scenario.agent_names):
-        if not any(set(smaller) <= set(team) for smaller in found) and problem.can_carry(obj, frozenset(team)):
-            found.append(team)
-    return tuple(found)
-
-
-def may_enter(problem: Problem, agent: str, region: str, reasons: Iterable[Reason]) -> bool:
-    """Whether an agent that goes where it likes can ever be in a region, by the formulas about it alone."""
-    scenario = problem.scenario
-    about = [r for r in reasons if isinstance(r, Demand) and speaks_of(scenario, r) == {agent}]
-    letters = {name: _letter(scenario, agent, name) for name in scenario.region_names}
-    world = f"G({' | '.join(letters.values())}) & F({letters[region]})"
-    if Start(agent) in reasons:
-        world += f" & ({letters[problem.start.agents[scenario.agent_names.index(agent)]]})"
-    return not translate(f"({global_formula(with_demands(scenario, about))}) & {world}").is_empty()
-
-
 def _carrying(problem: Problem, obj: str, reasons: Sequence[Reason]) -> Iterator[str]:
     scenario = problem.scenario
     teams = able_teams(problem, obj)
     if not teams:
-        yield f"all agents together cannot carry {obj}{_sum_of(problem, scenario.agent_names)}"
+        yield _weakness(problem, scenario.agent_names, obj)
         return
-    found = False
+    weak = False
     for region in scenario.region_names:
         there = tuple(agent for agent in scenario.agent_names if may_enter(problem, agent, region, reasons))
         if not any(set(team) <= set(there) for team in teams):
-            found = True
-            if there:
-                yield f"{_sum(there)} cannot carry {obj} in {region}{_sum_of(problem, there)}; no other may enter it"
-            else:
-                yield f"no agent may enter {region}"
-    if not found:
+            weak = True
+            yield (
+                f"{_weakness(problem, there, obj)} in {region}; no other may enter it"
+                if there
+                else (f"no agent may enter {region}")
+            )
+    if not weak:
         yield f"{obj} can be carried by {_some([_sum(team) for team in teams])} only"
+
+
+def _weakness(problem: Problem, team: Sequence[str], obj: str) -> str:
+    """Such as `a2 + a3 give 5, too little for o2`; without numbers if not they are what counts."""
+    if not _adds_up(problem):
+        return f"{_sum(team)} cannot carry {obj}"
+    power = math.fsum(agent.power for agent in problem.scenario.agents if agent.name in team)
+    return f"{_sum(team)} {'give' if len(team) > 1 else 'gives'} {power:g}, too little for {obj}"
 
 
 def _crowding(problem: Problem, region: str, reasons: Sequence[Reason]) -> Iterator[str]:
@@ -93,7 +80,7 @@ def _crowding(problem: Problem, region: str, reasons: Sequence[Reason]) -> Itera
     concerned = set().union(*(_members(scenario, r) for r in reasons))
     members = [m for m in scenario.agent_names + scenario.object_names if m in concerned]
     crowds: list[tuple[str, ...]] = []
-    for crowd in _subsets(members[:MOST_AGENTS]):
+    for crowd in subsets(members[:MOST_AGENTS]):
         agents = tuple(m for m in crowd if m in scenario.agent_names)
         objects = tuple(m for m in crowd if m in scenario.object_names)
         if any(set(smaller) <= set(crowd) for smaller in crowds):
@@ -126,38 +113,17 @@ def _members(scenario: Scenario, reason: Reason) -> frozenset[str]:
     return frozenset({reason.member}) if isinstance(reason, Start) else frozenset()
 
 
-def _subsets(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    """All but the empty one, small ones first."""
-    for size in range(1, len(names) + 1):
-        yield from combinations(names, size)
-
-
-def _letter(scenario: Scenario, member: str, region: str) -> str:
-    """What a member experiences in a region, as a formula without temporal operators."""
-    known = sorted(frozenset().union(*(labels(scenario, member, name) for name in scenario.region_names)))
-    shown = labels(scenario, member, region)
-    return "(" + (" & ".join(p if p in shown else f"!{p}" for p in known) or "1") + ")"
-
-
 def _adds_up(problem: Problem) -> bool:
-    """Whether the teams that can carry are those of the sum rule, as far as can be tried."""
+    """Whether the teams that can carry are those of the sum rule; of many agents, some teams are tried."""
     scenario, rule = problem.scenario, sum_rule(problem.scenario)
-    if len(scenario.agents) > MOST_AGENTS:
-        return False
-    teams = [frozenset(team) for team in _subsets(scenario.agent_names)]
-    return all(problem.can_carry(obj, t) == rule(obj, t) for obj in scenario.object_names for t in teams)
+    names = scenario.agent_names
+    teams = [*subsets(names[:MOST_AGENTS]), names]
+    trials = [(obj, frozenset(team)) for obj in scenario.object_names for team in teams]
+    return all(problem.can_carry(*trial) == rule(*trial) for trial in trials)
 
 
 def _need(scenario: Scenario, obj: str) -> float:
     return scenario.objects[scenario.object_names.index(obj)].power_needed
-
-
-def _sum_of(problem: Problem, team: Sequence[str]) -> str:
-    """What a team's powers add up to, if that is what counts."""
-    if not _adds_up(problem):
-        return ""
-    power = math.fsum(agent.power for agent in problem.scenario.agents if agent.name in team)
-    return f" ({_sum(team)} give {power:g})" if len(team) > 1 else f" (it gives {power:g})"
 
 
 def _sum(names: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from drake_ltl.errors import CertificateError, InfeasibleError, SearchLimitError
 from drake_ltl.planning import existence, plan
+from drake_ltl.planning.abilities import able_teams, may_enter
 from drake_ltl.planning.certificate import check
 from drake_ltl.planning.demands import Demand, demands, in_words, with_demands
 from drake_ltl.planning.explanation import explain_infeasible
@@ -19,7 +20,6 @@ from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.relaxation import Power, Problem, Room, Start
-from drake_ltl.planning.remarks import able_teams, may_enter
 from drake_ltl.planning.transition_system import form
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.spot_support import require_spot
@@ -53,6 +53,11 @@ def test_formulas_are_split_at_their_conjunctions(case_i):
     )
 
 
+def test_always_splits_at_conjunctions(make_scenario):
+    scenario = make_scenario({"a1": (1.0, "G(!pi1 & (G pi2 & (pi1 -> F pi3)))")}, {})
+    assert [demand.formula for demand in demands(scenario)] == ["G!pi1", "Gpi2", "G(pi1 -> Fpi3)"]
+
+
 def test_all_demands_together_are_the_specification(make_scenario):
     scenario = make_scenario(
         {"a1": (1.0, "G !pi3 & (F pi1 | X pi2) & 1")}, {"o1": (1.0, "1")}, spec="F a1.pi2 & (X o1.pi1 & G !o1.pi4)"
@@ -73,6 +78,7 @@ def test_all_demands_together_are_the_specification(make_scenario):
         ("a1", "GFXpi3", "a1 must satisfy GFX pi3"),
         ("a1", "0", "a1 must satisfy 0"),
         ("", "FGo1.pi3", "o1 must stay in pi3 from some time on (spec: FG o1.pi3)"),
+        ("", "!o1.pi3 U o1.pi2", "o1 must satisfy !o1.pi3 U o1.pi2"),
         ("", "F(a1.pi2 & o1.pi4)", "the team must satisfy F(a1.pi2 & o1.pi4)"),
     ],
 )
@@ -105,7 +111,7 @@ def test_too_weak_where_others_may_not_go(make_scenario):
         "  o2 needs power 6",
         "  o2 starts in pi1",
         "for",
-        "  a2 + a3 cannot carry o2 in pi3 (a2 + a3 give 5); no other may enter it",
+        "  a2 + a3 give 5, too little for o2 in pi3; no other may enter it",
         "without any one of them there is a plan",
     )
 
@@ -114,7 +120,7 @@ def test_too_weak_anywhere(make_scenario):
     scenario = make_scenario({"a1": (2.0, "1"), "a2": (3.0, "GF pi1")}, {"o1": (6.0, "F pi4")})
     found = explained(scenario, State(("pi1", "pi3"), ("pi2",), (None, None)))
     assert found.reasons == (Demand("o1", "Fpi4"), Power("o1"), Start("o1"))
-    assert found.remarks == ("all agents together cannot carry o1 (a1 + a2 give 5)",)
+    assert found.remarks == ("a1 + a2 give 5, too little for o1",)
 
 
 def test_no_room_for_the_team(make_scenario):
