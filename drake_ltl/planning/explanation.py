@@ -13,7 +13,8 @@ from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import CanCarry, sum_rule
-from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start
+from drake_ltl.planning.refutation import Refutation
+from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start, starts_to_try
 from drake_ltl.planning.remarks import reason_in_words, remarks
 from drake_ltl.scenario.model import Scenario
 
@@ -109,7 +110,9 @@ class _Search:
         self._find_plan = find_plan
         self._deadline = deadline
         self._existence = Existence(problem)
+        self._refutation = Refutation(problem)
         self._unsure: set[Reason] = set()
+        self._begins: dict[frozenset[Reason], State] = {}  # from which the planner found a plan
 
     def explain(self) -> Explanation:
         problem = self._problem
@@ -153,10 +156,27 @@ class _Search:
         try:
             return self._existence.witness(kept) is None
         except SearchLimitError:
-            if not kept.issuperset(r for r in self._problem.reasons if isinstance(r, Start)):
-                return None  # a planner knows but one start
+            return self._clash_beyond_enumeration(kept)
+
+    def _clash_beyond_enumeration(self, kept: frozenset[Reason]) -> bool | None:
+        """The same for problems that cannot be enumerated: a simple proof, or what the planner says."""
+        if self._refutation.refutes(kept):
+            return True
+        answers: list[bool | None] = []
+        for start in starts_to_try(self._problem, kept):
+            answers.append(self._clash_from(kept, start))
+            if answers[-1] is False:
+                self._begins[kept] = start
+                return False
+        all_starts = {reason for reason in self._problem.reasons if isinstance(reason, Start)}
+        return True if all_starts <= kept and answers == [True] else None
+
+    def _clash_from(self, kept: frozenset[Reason], start: State) -> bool | None:
+        """Whether the planner says that there is no plan from a state."""
+        if self._late:
+            return None
         try:
-            self._plan(kept, self._problem.start)
+            self._plan(kept, start)
         except InfeasibleError:
             return True
         except (SearchLimitError, TimeoutError):
@@ -166,26 +186,35 @@ class _Search:
     def _verify(self, reasons: Sequence[Reason]) -> dict[Reason, Plan]:
         """The plans without each of the reasons, as far as time allows."""
         found: dict[Reason, Plan] = {}
-        try:
-            self._refuted(reasons)
-            for reason in reasons:
-                if self._late:
-                    break
-                kept = frozenset(reasons) - {reason}
-                found[reason] = self._plan(kept, self._existence.witness(kept) or self._problem.start)
-        except (SearchLimitError, TimeoutError):
-            pass
-        except InfeasibleError as error:
-            raise CertificateError(f"there should be a plan without {reason}: {error}") from error
+        self._confirm(reasons)
+        for reason in reasons:
+            if self._late:
+                break
+            kept = frozenset(reasons) - {reason}
+            try:
+                found[reason] = self._plan(kept, self._begin(kept))
+            except (SearchLimitError, TimeoutError):
+                continue
+            except InfeasibleError as error:
+                raise CertificateError(f"there should be a plan without {reason}: {error}") from error
         return found
 
-    def _refuted(self, reasons: Sequence[Reason]) -> None:
+    def _confirm(self, reasons: Sequence[Reason]) -> None:
         """The planner finds nothing either."""
         try:
             self._plan(frozenset(reasons), self._problem.start)
-        except InfeasibleError:
+        except (InfeasibleError, SearchLimitError, TimeoutError):
             return
         raise CertificateError(f"there should be no plan with {', '.join(map(str, reasons))}")
+
+    def _begin(self, kept: frozenset[Reason]) -> State:
+        """A state from which there is a plan."""
+        if kept in self._begins:
+            return self._begins[kept]
+        try:
+            return self._existence.witness(kept) or self._problem.start
+        except SearchLimitError:
+            return self._problem.start
 
     def _plan(self, kept: frozenset[Reason], start: State) -> Plan:
         relaxed = self._problem.with_only(kept)

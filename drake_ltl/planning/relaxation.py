@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from drake_ltl.planning.demands import Demand, demands, with_demands
+from drake_ltl.planning.demands import Demand, demands, speaks_of, with_demands
 from drake_ltl.planning.fits import Content, Fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import CanCarry
@@ -68,3 +68,23 @@ class Problem:
             return Power(obj) not in kept or self.can_carry(obj, team)
 
         return Problem(scenario, self.start, fits, can_carry)
+
+
+def starts_to_try(problem: Problem, kept: Iterable[Reason]) -> Iterator[State]:
+    """The initial state, and those in which one member begins elsewhere, if its start is left out.
+
+    Only members of which the kept formulas speak begin elsewhere, and only if no grasp is concerned.
+    """
+    scenario, start, kept = problem.scenario, problem.start, frozenset(kept)
+    yield start
+    speaking = [speaks_of(scenario, reason) for reason in kept if isinstance(reason, Demand)]
+    for i, member in enumerate(scenario.agent_names + scenario.object_names):
+        bound = member in start.grasps or (i < len(start.grasps) and start.grasps[i] is not None)
+        if Start(member) in kept or bound or not any(member in members for members in speaking):
+            continue
+        for region in scenario.region_names:
+            places = [*start.agents, *start.objects]
+            if places[i] != region:
+                places[i] = region
+                n_agents = len(start.agents)
+                yield State(tuple(places[:n_agents]), tuple(places[n_agents:]), start.grasps)

@@ -19,6 +19,7 @@ from drake_ltl.planning.feasibility import feasible_starts
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import sum_rule
+from drake_ltl.planning.refutation import Refutation
 from drake_ltl.planning.relaxation import Power, Problem, Room, Start
 from drake_ltl.planning.transition_system import form
 from drake_ltl.scenario.formulas import global_formula
@@ -232,13 +233,43 @@ def test_beyond_enumeration_the_planner_decides(make_scenario, monkeypatch):
         raise SearchLimitError("too large")
 
     monkeypatch.setattr(existence, "form", too_large)
-    found = explain_infeasible(scenario, start, anything_fits)
-    sure = {Demand("a1", "G!pi2"), Demand("o1", "Fpi2"), Power("o1")}
-    starts = {Start("a1"), Start("a2"), Start("o1")}
-    assert set(found.reasons) == sure | starts
-    assert found.unsure == starts
+    found = explained(scenario, start, anything_fits)
+    assert found.reasons == (Demand("a1", "G!pi2"), Demand("o1", "Fpi2"), Power("o1"), Start("o1"))
+
+
+def test_beyond_enumeration_starts_are_not_proven(make_scenario, monkeypatch):
+    """Only the planner can tell, which cannot rule out all other starts of a member that does not matter."""
+    scenario = make_scenario({"a1": (1.0, "1")}, {"o1": (1.0, "F pi2")})
+    start = State(("pi1",), ("pi1",), (None,))
+
+    def too_large(*arguments):
+        raise SearchLimitError("too large")
+
+    def nothing_fits(region, content):
+        return not content.carried
+
+    monkeypatch.setattr(existence, "form", too_large)
+    found = explain_infeasible(scenario, start, nothing_fits)
+    assert found.unsure == {Start("a1")}
+    assert {Demand("o1", "Fpi2"), Start("o1")} <= set(found.reasons)
     assert not found.verified
     assert "together with these, or some of them:" in found.lines
+
+
+@pytest.mark.parametrize(
+    ("agents", "spec", "reasons"),
+    [
+        ("1", "G !o1.pi2", (Demand("o1", "GFpi2"), Demand("", "G!o1.pi2"))),
+        ("G !pi2", "F a1.pi3", (*(Demand(f"a{i}", "G!pi2") for i in range(1, 13)), Demand("o1", "GFpi2"), Start("o1"))),
+    ],
+)
+def test_large_teams(make_scenario, agents, spec, reasons):
+    """Twelve agents, of whom any may carry; nobody plans, all is refuted by what members can do alone."""
+    names = [f"a{i}" for i in range(1, 13)]
+    scenario = make_scenario(dict.fromkeys(names, (1.0, agents)), {"o1": (1.0, "GF pi2")}, spec=spec)
+    start = State(("pi1",) * 12, ("pi1",), (None,) * 12)
+    found = explain_infeasible(scenario, start, anything_fits)
+    assert found.reasons == reasons
 
 
 def test_a_planner_that_gives_up_leaves_the_rest_unverified(make_scenario):
@@ -323,6 +354,26 @@ def test_feasible_starts_are_those_with_plans(make_scenario, agent, obj, team, n
     system = form(scenario, anything_fits, sum_rule(scenario))
     planned = [has_plan(scenario, system.state(i), anything_fits) for i in range(system.n_states)]
     np.testing.assert_array_equal(feasible_starts(scenario, system), planned)
+
+
+@settings(deadline=None, max_examples=60)
+@given(agents=st.tuples(AGENT, AGENT), obj=OBJECT, team=TEAM, powers=st.tuples(*[st.sampled_from([1.0, 2.0])] * 2))
+@example(agents=("G r0", "GF r1"), obj="F r1", team="F a1.r0", powers=(2.0, 1.0))
+@example(agents=("F r1", "GF r1"), obj="F r1", team="F a1.r0", powers=(1.0, 1.0))
+def test_refutations_are_right(make_scenario, agents, obj, team, powers):
+    """What is refuted has no plan, with all reasons and with some of them."""
+    scenario = make_scenario(
+        {f"a{i}": (power, own) for i, (power, own) in enumerate(zip(powers, agents, strict=True), 1)},
+        {"o1": (3.0, obj)},
+        TWO,
+        team,
+    )
+    problem = Problem(scenario, State(("r0", "r0"), ("r0",), (None, None)), anything_fits, sum_rule(scenario))
+    refutation, existing = Refutation(problem), existence.Existence(problem)
+    for left_out in (*problem.reasons, None):
+        kept = frozenset(problem.reasons) - {left_out}
+        if refutation.refutes(kept):
+            assert existing.witness(kept) is None
 
 
 # Remarks
