@@ -89,6 +89,10 @@ class Lassos:
         """Ask for a cost of at most this, or less than this."""
         self.model.add(self._cost <= cost - 1 if better else self._cost <= cost)
 
+    def at_least(self, cost: int) -> None:
+        """No lasso costs less than this."""
+        self.model.add(self._cost >= cost)
+
     def hint(self, run: Run) -> None:
         """Start from a lasso, if it is short enough."""
         states, loop = run
@@ -213,9 +217,9 @@ class Lassos:
 
     def _add_agent_step(self, t: int, i: int) -> None:
         """(1, 2) Who grasps or releases stays in its region; (3) and does not do both in one step."""
-        for k, l in self._other_regions():
-            self.model.add_implication(self.free[t][i][k], self.held[t + 1][i][l].negated())
-            self.model.add_implication(self.held[t][i][k], self.free[t + 1][i][l].negated())
+        for a, b in self._other_regions():
+            self.model.add_implication(self.free[t][i][a], self.held[t + 1][i][b].negated())
+            self.model.add_implication(self.held[t][i][a], self.free[t + 1][i][b].negated())
         for j, grasp in enumerate(self.grasps[t][i]):
             for other, following in enumerate(self.grasps[t + 1][i]):
                 if j != other:
@@ -250,7 +254,7 @@ class Lassos:
 
     def _other_regions(self) -> list[tuple[int, int]]:
         regions = range(self.problem.n_regions)
-        return [(k, l) for k in regions for l in regions if k != l]
+        return [(a, b) for a in regions for b in regions if a != b]
 
     # ---- the loop, capacities and costs
 
@@ -288,12 +292,12 @@ class Lassos:
         terms = []
         for t in range(self.horizon):
             for m, (before, after) in enumerate(zip(self.at[t], self.at[t + 1], strict=True)):
-                flow = {(k, l): self.model.new_bool_var("") for k in regions for l in regions}
+                flow = {(a, b): self.model.new_bool_var("") for a in regions for b in regions}
                 for k in regions:
-                    self.model.add(sum(flow[k, l] for l in regions) == before[k])
-                    self.model.add(sum(flow[l, k] for l in regions) == after[k])
+                    self.model.add(sum(flow[k, b] for b in regions) == before[k])
+                    self.model.add(sum(flow[a, k] for a in regions) == after[k])
                 if m >= self.problem.n_agents:
                     moved = sum(flow[way] for way in self._other_regions())
                     self.model.add(moved == self.carried[t][m - self.problem.n_agents])
-                terms += [ways[k][l] * flow[k, l] for k, l in self._other_regions()]
+                terms += [ways[a][b] * flow[a, b] for a, b in self._other_regions()]
         return cp_model.LinearExpr.sum(terms) if terms else 0
