@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.planning.feasibility import feasible_starts
-from drake_ltl.planning.plan import Plan, State
+from drake_ltl.planning.plan import State
 from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start
 from drake_ltl.planning.transition_system import TransitionSystem, form
-
-FindPlan = Callable[..., Plan]
-"""Called as `find_plan(scenario, start, fits, can_carry=can_carry)`; raises InfeasibleError if there is no plan, and
-SearchLimitError or TimeoutError if it cannot tell."""
 
 
 class Existence:

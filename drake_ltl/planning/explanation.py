@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from drake_ltl.errors import CertificateError, InfeasibleError, SearchLimitError
+from drake_ltl.planning.clashes import Clashes, FindPlan
 from drake_ltl.planning.demands import Demand
-from drake_ltl.planning.existence import Existence, FindPlan
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import CanCarry, sum_rule
-from drake_ltl.planning.refutation import Refutation
-from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start, starts_to_try
+from drake_ltl.planning.relaxation import Power, Problem, Reason, Room, Start
 from drake_ltl.planning.remarks import reason_in_words, remarks
 from drake_ltl.scenario.model import Scenario
 
@@ -98,127 +96,60 @@ def explain_infeasible(
         CertificateError: `find_plan` contradicts the explanation: a defect.
     """
     problem = Problem(scenario, start, fits, can_carry or sum_rule(scenario))
-    search = _Search(problem, find_plan, time.monotonic() + time_limit)
-    return search.explain()
+    clashes = Clashes(problem, find_plan, time.monotonic() + time_limit)
+    kept, unsure = _minimise(problem.reasons, clashes)
+    reasons = tuple(reason for reason in problem.reasons if reason in kept)
+    return Explanation(
+        reasons,
+        tuple(reason_in_words(problem, reason) for reason in reasons),
+        remarks(problem, reasons),
+        frozenset(unsure),
+        {} if unsure else clashes.plans_without(reasons),
+    )
 
 
-class _Search:
-    """Deletes reasons while the rest still clashes."""
+def _minimise(reasons: Sequence[Reason], clashes: Clashes) -> tuple[frozenset[Reason], set[Reason]]:
+    """The reasons that are needed for a clash, and those of them of which that is not sure.
 
-    def __init__(self, problem: Problem, find_plan: FindPlan, deadline: float):
-        self._problem = problem
-        self._find_plan = find_plan
-        self._deadline = deadline
-        self._existence = Existence(problem)
-        self._refutation = Refutation(problem)
-        self._unsure: set[Reason] = set()
-        self._begins: dict[frozenset[Reason], State] = {}  # from which the planner found a plan
+    First all is given up that a simple proof can do without; that is quick, and little is left then.
+    """
+    kept, groups = frozenset(reasons), _groups(reasons)
+    if clashes.refuted(kept):
+        for group in groups:
+            kept = _delete(kept, group, clashes.refuted, set())
+        groups = [[reason] for group in groups for reason in group if reason in kept]
+    elif clashes.clash(kept) is False:
+        raise ValueError("there is a plan: nothing to explain")
+    unsure: set[Reason] = set()
+    for group in groups:
+        kept = _delete(kept, group, clashes.clash, unsure)
+    return kept, unsure
 
-    def explain(self) -> Explanation:
-        problem = self._problem
-        kept = frozenset(problem.reasons)
-        if self._clash(kept) is False:
-            raise ValueError("there is a plan: nothing to explain")
-        for group in _groups(problem.reasons):
-            kept = self._delete(kept, group)
-        reasons = tuple(reason for reason in problem.reasons if reason in kept)
-        return Explanation(
-            reasons,
-            tuple(reason_in_words(problem, reason) for reason in reasons),
-            remarks(problem, reasons),
-            frozenset(self._unsure),
-            {} if self._unsure else self._verify(reasons),
-        )
 
-    def _delete(self, kept: frozenset[Reason], group: Sequence[Reason]) -> frozenset[Reason]:
-        """Gives up all of a group that is not needed: at once if possible, else half by half."""
-        if not group:
-            return kept
-        clash = self._clash(kept.difference(group))
-        if clash:
-            return kept.difference(group)
-        if clash is None and (len(group) == 1 or self._late):
-            self._unsure.update(group)
-            return kept
-        if len(group) == 1:
-            return kept
-        half = len(group) // 2
-        return self._delete(self._delete(kept, group[:half]), group[half:])
+def _delete(
+    kept: frozenset[Reason],
+    group: Sequence[Reason],
+    clash: Callable[[frozenset[Reason]], bool | None],
+    unsure: set[Reason],
+) -> frozenset[Reason]:
+    """Gives up all of a group that a clash can do without: at once if possible, else half by half.
 
-    @property
-    def _late(self) -> bool:
-        return time.monotonic() > self._deadline
-
-    def _clash(self, kept: frozenset[Reason]) -> bool | None:
-        """Whether there is no plan; None if that is not known."""
-        if self._late:
-            return None
-        try:
-            return self._existence.witness(kept) is None
-        except SearchLimitError:
-            return self._clash_beyond_enumeration(kept)
-
-    def _clash_beyond_enumeration(self, kept: frozenset[Reason]) -> bool | None:
-        """The same for problems that cannot be enumerated: a simple proof, or what the planner says."""
-        if self._refutation.refutes(kept):
-            return True
-        answers: list[bool | None] = []
-        for start in starts_to_try(self._problem, kept):
-            answers.append(self._clash_from(kept, start))
-            if answers[-1] is False:
-                self._begins[kept] = start
-                return False
-        all_starts = {reason for reason in self._problem.reasons if isinstance(reason, Start)}
-        return True if all_starts <= kept and answers == [True] else None
-
-    def _clash_from(self, kept: frozenset[Reason], start: State) -> bool | None:
-        """Whether the planner says that there is no plan from a state."""
-        if self._late:
-            return None
-        try:
-            self._plan(kept, start)
-        except InfeasibleError:
-            return True
-        except (SearchLimitError, TimeoutError):
-            return None
-        return False
-
-    def _verify(self, reasons: Sequence[Reason]) -> dict[Reason, Plan]:
-        """The plans without each of the reasons, as far as time allows."""
-        found: dict[Reason, Plan] = {}
-        self._confirm(reasons)
-        for reason in reasons:
-            if self._late:
-                break
-            kept = frozenset(reasons) - {reason}
-            try:
-                found[reason] = self._plan(kept, self._begin(kept))
-            except (SearchLimitError, TimeoutError):
-                continue
-            except InfeasibleError as error:
-                raise CertificateError(f"there should be a plan without {reason}: {error}") from error
-        return found
-
-    def _confirm(self, reasons: Sequence[Reason]) -> None:
-        """The planner finds nothing either."""
-        try:
-            self._plan(frozenset(reasons), self._problem.start)
-        except (InfeasibleError, SearchLimitError, TimeoutError):
-            return
-        raise CertificateError(f"there should be no plan with {', '.join(map(str, reasons))}")
-
-    def _begin(self, kept: frozenset[Reason]) -> State:
-        """A state from which there is a plan."""
-        if kept in self._begins:
-            return self._begins[kept]
-        try:
-            return self._existence.witness(kept) or self._problem.start
-        except SearchLimitError:
-            return self._problem.start
-
-    def _plan(self, kept: frozenset[Reason], start: State) -> Plan:
-        relaxed = self._problem.with_only(kept)
-        return self._find_plan(relaxed.scenario, start, relaxed.fits, can_carry=relaxed.can_carry)
+    Args:
+        kept: they clash.
+        group: some of them.
+        clash: whether some reasons clash; None if that is not known.
+        unsure: those that are kept because it was not known are added.
+    """
+    if not group:
+        return kept
+    answer = clash(kept.difference(group))
+    if answer:
+        return kept.difference(group)
+    if len(group) == 1:
+        unsure.update(group if answer is None else ())
+        return kept
+    half = len(group) // 2
+    return _delete(_delete(kept, group[:half], clash, unsure), group[half:], clash, unsure)
 
 
 def _groups(reasons: Sequence[Reason]) -> list[list[Reason]]:

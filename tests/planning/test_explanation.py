@@ -290,7 +290,7 @@ def test_a_planner_that_contradicts_is_a_defect(make_scenario):
     def never(*arguments, **others):
         raise InfeasibleError("never")
 
-    with pytest.raises(CertificateError, match="there should be a plan without"):
+    with pytest.raises(CertificateError, match="there should be a plan with only"):
         explain_infeasible(scenario, start, anything_fits, find_plan=never)
 
 
