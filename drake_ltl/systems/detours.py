@@ -14,10 +14,11 @@ import numpy as np
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation.detour import detour
 from drake_ltl.systems.arrival import Arrival
+from drake_ltl.systems.legs import ALL, Leg, moving_tasks
 from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
 from drake_ltl.systems.progress import Measurement, Progress
 from drake_ltl.systems.signals import Mode, reach_ends
-from drake_ltl.systems.step_field import ALL, FieldBuilder, Leg, moving_tasks
+from drake_ltl.systems.step_field import FieldBuilder
 
 STALL_SPEED = 0.02
 """Movers slower than this have come to rest [m/s, rad/s]: below the speed at which goals count as reached."""
@@ -82,7 +83,7 @@ class Detours:
             for name, signals in zip(self.models.agents, state.agents, strict=True)
             if name in reaching
         }
-        relations = self.fields.relations(*moving_tasks(step, Leg(index), self.models), now.snapshot, reaches)
+        relations = self.fields.relations(moving_tasks(step, Leg(index), self.models), now.snapshot, reaches)
         if any(relations.relations.violated(ends) for ends in (relations.start, relations.goal)):
             return None  # somebody stands where this mover is to go
         return detour(relations)

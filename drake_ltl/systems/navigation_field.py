@@ -15,9 +15,10 @@ from drake_ltl.errors import ExecutionError
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.legs import moving_tasks
 from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, reach_ends, unpack_step
-from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField, moving_tasks
+from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField
 
 ROTATION_WEIGHT = 1.0
 """Weight of a carried object's orientation error in gamma [m^2/rad^2]: the paper's gamma_T has none, which leaves
@@ -152,7 +153,7 @@ class NavigationField(LeafSystem):
         if phase is not Phase.NAVIGATE or not (step.travels or step.transports):
             return None
         ends = {name: reach_ends(reach) for name, reach in reaches.items()}
-        return self._builder.field(*moving_tasks(step, leg, self._models), self._snapshot(anchor), ends)
+        return self._builder.field(moving_tasks(step, leg, self._models), self._snapshot(anchor), ends)
 
     def _snapshot(self, anchor: np.ndarray) -> Snapshot:
         q, p_WO, start = {}, {}, 0

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydrake.math import RigidTransform
 
+from drake_ltl.systems.legs import ALL, Leg
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
-from drake_ltl.systems.step_field import ALL, Leg, Snapshot
+from drake_ltl.systems.step_field import Snapshot
 
 
 @dataclass(frozen=True)

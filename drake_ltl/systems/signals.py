@@ -6,7 +6,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from drake_ltl.systems.step_field import ALL, Leg
+from drake_ltl.systems.legs import ALL, Leg
 
 
 class Phase(IntEnum):

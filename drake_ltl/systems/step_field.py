@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation import (
     NavigationFunction,
@@ -21,7 +21,8 @@ from drake_ltl.navigation import (
     step_relations,
 )
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
+from drake_ltl.systems.legs import Moving
+from drake_ltl.systems.program import TransportTask, TravelTask
 
 LEAST_KAPPA = 12.0
 """Less is slow even among few bodies."""
@@ -58,22 +59,16 @@ class FieldBuilder:
     models: MeasuredModels
 
     def relations(
-        self,
-        travels: tuple[TravelTask, ...],
-        transports: tuple[TransportTask, ...],
-        waiting: tuple[TransportTask, ...],
-        snapshot: Snapshot,
-        reaches: Mapping[str, tuple[np.ndarray, np.ndarray]],
+        self, moving: Moving, snapshot: Snapshot, reaches: Mapping[str, tuple[np.ndarray, np.ndarray]]
     ) -> StepRelations:
         """The relations of a step.
 
         Args:
-            travels: agents that move.
-            transports: teams that move.
-            waiting: teams that stand still for now, to move later; they count as one sphere already.
+            moving: what moves, and which teams wait to move later.
             snapshot: where everything stands.
             reaches: for each agent that approaches or backs off meanwhile: its configurations at both ends.
         """
+        travels, transports, waiting = moving
         geometry, agents = self.models.geometry, self.models.agents
         centre = {name: model.centre(snapshot.q[name]) for name, model in agents.items()}
         elsewhere = {task.agent for task in travels} | reaches.keys()
@@ -104,19 +99,14 @@ class FieldBuilder:
         )
 
     def field(
-        self,
-        travels: tuple[TravelTask, ...],
-        transports: tuple[TransportTask, ...],
-        waiting: tuple[TransportTask, ...],
-        snapshot: Snapshot,
-        reaches: Mapping[str, tuple[np.ndarray, np.ndarray]],
+        self, moving: Moving, snapshot: Snapshot, reaches: Mapping[str, tuple[np.ndarray, np.ndarray]]
     ) -> StepField:
         """phi for these movers (see `relations` for the arguments).
 
         Raises:
             InvalidInputError: a goal violates a relation (a placement that cannot be carried out).
         """
-        relations = self.relations(travels, transports, waiting, snapshot, reaches)
+        relations = self.relations(moving, snapshot, reaches)
         settings = self.scenario.controller
         kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * len(relations.relations))
         function = NavigationFunction.for_goal(
@@ -127,7 +117,7 @@ class FieldBuilder:
             h=settings.h,
             shaping=PseudoHuber(settings.delta),
         )
-        return StepField(travels, transports, relations, function)
+        return StepField(moving.travels, moving.transports, relations, function)
 
     def _traveller(self, task: TravelTask, centre: np.ndarray) -> Traveller:
         goal = self.models.agents[task.agent].centre(task.q_goal)
@@ -137,47 +127,6 @@ class FieldBuilder:
     def _transport(self, task: TransportTask, p_WO: np.ndarray) -> Transport:
         radius = self.models.geometry.team_radius[task.object]
         return Transport(task.object, task.team, radius, task.start, task.goal, tuple(p_WO), tuple(task.p_goal))
-
-
-ALL = -1
-"""In place of the index of a mover: all of them."""
-
-
-@dataclass(frozen=True)
-class Leg:
-    """What moves under the navigation function now: everything at once, or one mover by way of a point."""
-
-    active: int = ALL
-    """Index into the step's travels, then transports; ALL if every one moves."""
-    via: tuple[float, float] | None = None
-    """Where that mover goes first, (x, y) of its sphere's centre [m]; None if straight to its goal."""
-
-
-def moving_tasks(
-    step: StepProgram, leg: Leg, models: MeasuredModels
-) -> tuple[tuple[TravelTask, ...], tuple[TransportTask, ...], tuple[TransportTask, ...]]:
-    """Travels, transports and waiting transports of a step while this leg is driven."""
-    if leg.active == ALL:
-        return step.travels, step.transports, ()
-    if leg.active < len(step.travels):
-        return (_travel_via(step.travels[leg.active], leg.via, models),), (), step.transports
-    number = leg.active - len(step.travels)
-    waiting = step.transports[:number] + step.transports[number + 1 :]
-    return (), (_transport_via(step.transports[number], leg.via),), waiting
-
-
-def _travel_via(task: TravelTask, via: tuple[float, float] | None, models: MeasuredModels) -> TravelTask:
-    if via is None:
-        return task
-    q = task.q_goal.copy()
-    q[:NUM_BASE_JOINTS] += via - models.agents[task.agent].centre(task.q_goal)[:2]
-    return replace(task, q_goal=q)
-
-
-def _transport_via(task: TransportTask, via: tuple[float, float] | None) -> TransportTask:
-    if via is None:
-        return task
-    return replace(task, p_goal=np.array([*via, task.p_goal[2]]))
 
 
 def _reach(name: str, model: AgentModel, radius: float, ends: tuple[np.ndarray, np.ndarray]) -> Reach:

@@ -17,10 +17,11 @@ from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.detours import Detours, started
+from drake_ltl.systems.legs import ALL, moving_tasks
 from drake_ltl.systems.program import GraspTask, MissionProgram, ReleaseTask, StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_ends
-from drake_ltl.systems.step_field import ALL, FieldBuilder, moving_tasks
+from drake_ltl.systems.step_field import FieldBuilder
 
 REACH_SPEED = 0.3
 """Peak speed of an approach or a retreat [m/s]."""
@@ -74,7 +75,7 @@ class Supervision:
     def shares(self, state: Progress, obj: str) -> np.ndarray:
         """c_tau (N,) for the object; zeros while nobody carries it."""
         if state.phase is Phase.NAVIGATE:
-            moving = moving_tasks(self.step(state), state.leg, self._models)[1]
+            moving = moving_tasks(self.step(state), state.leg, self._models).transports
             for task in moving:
                 if task.object == obj:
                     return task.shares

@@ -14,9 +14,9 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.errors import ExecutionError
+from drake_ltl.systems.legs import Leg
 from drake_ltl.systems.navigation_field import ROTATION_WEIGHT, NavigationField, rotation_error
 from drake_ltl.systems.signals import Phase, pack_reach, pack_step
-from drake_ltl.systems.step_field import Leg
 
 TOGETHER = Leg()
 TRAVEL, TRAVEL_AND_GRASP, TRANSPORT = 0, 1, 2  # steps of case ii

@@ -13,10 +13,10 @@ from hypothesis.extra.numpy import arrays
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import InputPortIndex
 
+from drake_ltl.systems.legs import ALL, Leg
 from drake_ltl.systems.plan_supervisor import MOST_WAY_POINTS, PlanSupervisor
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_step, unpack_step
-from drake_ltl.systems.step_field import ALL, Leg
 from drake_ltl.systems.supervision import Supervision
 
 PERIOD = 0.02

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from drake_ltl.systems.legs import ALL, Leg
 from drake_ltl.systems.signals import (
     STEP_SIGNAL_SIZE,
     Mode,
@@ -16,7 +17,6 @@ from drake_ltl.systems.signals import (
     reach_ends,
     unpack_step,
 )
-from drake_ltl.systems.step_field import ALL, Leg
 
 numbers = st.floats(-1e3, 1e3)
 counts = st.integers(0, 10**6)

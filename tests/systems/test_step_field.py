@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drake_ltl.errors import InvalidInputError
-from drake_ltl.systems.step_field import KAPPA_PER_RELATION, FieldBuilder, Leg, Snapshot, moving_tasks
+from drake_ltl.systems.legs import Leg, Moving, moving_tasks
+from drake_ltl.systems.step_field import KAPPA_PER_RELATION, FieldBuilder, Snapshot
 
 TRAVEL, TRANSPORT = 0, 2  # steps of case ii
 
@@ -47,7 +48,7 @@ def test_both_ends_of_a_reach_cover_its_way(builder, program, snapshot_at, model
     step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
     q = snapshot.q["a1"]
     ends = (q, q + np.array([*shift, 0.0, 0.0]))
-    relations = builder.relations(step.travels, (), (), snapshot, {"a1": ends})
+    relations = builder.relations(Moving(step.travels, (), ()), snapshot, {"a1": ends})
     centres = [models.agents["a1"].centre(q) for q in ends]
     r = models.geometry.agent_radius
     point = centres[0] + share * (centres[1] - centres[0])
@@ -63,14 +64,14 @@ def test_both_ends_of_a_reach_cover_its_way(builder, program, snapshot_at, model
 
 def test_everybody_and_everything_is_in_the_relations(builder, program, snapshot_at, case_ii):
     step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
-    relations = builder.relations(step.travels, step.transports, (), snapshot, {})
+    relations = builder.relations(Moving(step.travels, step.transports, ()), snapshot, {})
     assert relations.points == ("a2", "a3", "a1", "o1", "o2", *case_ii.region_names)
     assert relations.movers == ("a2", "a3")
 
 
 def test_a_team_is_one_sphere(builder, program, snapshot_at, models):
     step, snapshot = program.steps[TRANSPORT], snapshot_at(TRANSPORT)
-    relations = builder.relations((), step.transports, (), snapshot, {})
+    relations = builder.relations(Moving((), step.transports, ()), snapshot, {})
     assert relations.movers == ("o2",)
     assert not {"a2", "a3"} & set(relations.points)
     expected = models.geometry.team_radius["o2"] + models.geometry.agent_radius["a1"]
@@ -81,7 +82,7 @@ def test_a_team_that_waits_is_one_sphere_too(builder, program, snapshot_at, mode
     """While one mover of the step is on its way alone."""
     (drive,) = (task for task in program.steps[1].travels if task.agent == "a1")
     (transport,) = program.steps[TRANSPORT].transports
-    relations = builder.relations((drive,), (), (transport,), snapshot_at(TRANSPORT), {})
+    relations = builder.relations(Moving((drive,), (), (transport,)), snapshot_at(TRANSPORT), {})
     assert relations.movers == ("a1",)
     assert not {"a2", "a3"} & set(relations.points)
     expected = models.geometry.team_radius["o2"] + models.geometry.agent_radius["a1"]
@@ -91,7 +92,7 @@ def test_a_team_that_waits_is_one_sphere_too(builder, program, snapshot_at, mode
 
 def test_points_are_where_things_stand_and_go(builder, program, snapshot_at, models):
     step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
-    relations = builder.relations(step.travels, (), (), snapshot, {})
+    relations = builder.relations(Moving(step.travels, (), ()), snapshot, {})
     for name in ("a1", "a2", "a3"):
         start = models.agents[name].centre(snapshot.q[name])
         np.testing.assert_array_equal(relations.start[relations.index(name)], start)
@@ -102,10 +103,10 @@ def test_points_are_where_things_stand_and_go(builder, program, snapshot_at, mod
 
 def test_kappa_grows_with_the_relations_unless_it_is_given(case_ii, models, program, snapshot_at):
     step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
-    free = FieldBuilder(case_ii, models).field(step.travels, (), (), snapshot, {})
+    free = FieldBuilder(case_ii, models).field(Moving(step.travels, (), ()), snapshot, {})
     assert free.function.kappa == KAPPA_PER_RELATION * len(free.relations.relations)
     scenario = replace(case_ii, controller=replace(case_ii.controller, kappa=17.0))
-    assert FieldBuilder(scenario, models).field(step.travels, (), (), snapshot, {}).function.kappa == 17.0
+    assert FieldBuilder(scenario, models).field(Moving(step.travels, (), ()), snapshot, {}).function.kappa == 17.0
 
 
 def test_a_goal_that_is_taken_is_refused(builder, program, snapshot_at, models):
@@ -115,7 +116,7 @@ def test_a_goal_that_is_taken_is_refused(builder, program, snapshot_at, models):
     shift = models.agents["a2"].centre(task.q_goal) - models.agents["a1"].centre(taken.q["a1"])
     taken.q["a1"][:2] += shift[:2]
     with pytest.raises(InvalidInputError, match="a2 and a1"):
-        builder.field(step.travels, (), (), taken, {})
+        builder.field(Moving(step.travels, (), ()), taken, {})
 
 
 def test_legs_select_movers(program, models):

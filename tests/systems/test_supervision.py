@@ -9,10 +9,10 @@ import pytest
 from pydrake.math import RigidTransform
 
 from drake_ltl.systems.detours import PASSED, STALL_TIME
+from drake_ltl.systems.legs import ALL
 from drake_ltl.systems.program import StepProgram, TravelTask
 from drake_ltl.systems.progress import Measurement, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, reach_ends
-from drake_ltl.systems.step_field import ALL
 from drake_ltl.systems.supervision import PATIENCE, Supervision
 
 ONE_ROUND = 10
