@@ -44,30 +44,26 @@ class Loop:
     weight: float
 
 
-def cheapest_loop(problem: LoopProblem, limit: float = np.inf) -> Loop | None:
+def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
     """The loop of least price + weight below `limit`; None if there is none."""
     tree = _Tree(problem)
-    best: Loop | None = None
-    ticket = count()
-    queue = [(0.0, next(ticket), np.flatnonzero(problem.prices < limit))]
-    while queue:
-        bound, _, members = heapq.heappop(queue)
-        if bound >= limit:
-            break
-        bounds, loop = tree.grow(members, limit)
+    bounds, best, ticket = problem.prices.copy(), None, count()
+    queue = [(0.0, next(ticket), np.arange(len(bounds)))]
+    while queue and queue[0][0] < limit:
+        members = heapq.heappop(queue)[2]
+        members = members[bounds[members] < limit]
+        if not len(members):
+            continue
+        found, loop = tree.grow(members, limit)
+        bounds[members] = np.maximum(bounds[members], found)
         if loop is None:
             continue
-        end = int(members[np.argmin(bounds)])
+        end = int(members[np.argmin(found)])
         if loop.root == end:
             best, limit = loop, loop.weight
             continue
-        if limit == np.inf:  # any loop that closes bounds all further work
-            _, closed = tree.grow(np.array([end]), limit)
-            if closed is not None:
-                best, limit = closed, closed.weight
-        alive = bounds < limit
-        for part in _split(problem.features, members[alive], loop.root, end):
-            heapq.heappush(queue, (bounds.min(), next(ticket), part))
+        for part in _split(problem.features, members[bounds[members] < limit], loop.root, end):
+            heapq.heappush(queue, (bounds[part].min(), next(ticket), part))
     return best
 
 
@@ -96,8 +92,6 @@ class _Tree:
             from some member's root to some member's goal.
         """
         problem, edges = self.problem, len(self.problem.graph.targets)
-        if not len(members):
-            return np.zeros(0), None
         self.targets[edges : edges + len(members)] = problem.roots[members]
         self.weights[edges : edges + len(members)] = problem.prices[members] + 1.0  # no edge of weight zero
         self.starts[-1] = edges + len(members)

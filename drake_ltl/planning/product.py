@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from drake_ltl.planning.automaton import Automaton
@@ -33,6 +33,11 @@ class Graph:
         """(e,): node in which each edge begins."""
         return np.repeat(np.arange(self.n_nodes), np.diff(self.starts))
 
+    def reversed(self) -> Graph:
+        """The same with all edges turned round."""
+        back = csc_array((self.weights, self.targets, self.starts), shape=(self.n_nodes, self.n_nodes)).tocsr()
+        return Graph(back.indptr, back.indices, back.data)
+
     def matrix(self) -> csr_array:
         """The graph for `scipy.sparse.csgraph`; made of the arrays themselves, so that nothing is added up."""
         return csr_array((self.weights, self.targets, self.starts), shape=(self.n_nodes, self.n_nodes))
@@ -49,6 +54,8 @@ class Product:
     """Nodes in which a run begins."""
     n_system: int
     """S."""
+    parallel: bool = True
+    """Whether there may be several edges between the same nodes."""
 
 
 def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automaton: Automaton, start: int) -> Product:
@@ -75,7 +82,35 @@ def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automa
     graph = Graph(starts, np.concatenate(targets).astype(np.int32), np.concatenate(weight))
     first = automaton.successors[automaton.initial, letter[start]]
     initial = np.unique(first[first >= 0]) * n_system + start
-    return Product(graph, np.concatenate(marks), initial, n_system)
+    return Product(graph, np.concatenate(marks), initial, n_system, parallel=not automaton.deterministic)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The nodes of a product that lie on accepting loops, and the edges inside their components."""
+
+    graph: Graph
+    """n nodes, e edges."""
+    marks: NDArray[np.int64]
+    """(e,)"""
+    nodes: NDArray[np.int64]
+    """(n,): nodes of the product."""
+
+    @property
+    def n_nodes(self) -> int:
+        return len(self.nodes)
+
+
+def accepting_part(product: Product, component: NDArray) -> Part:
+    """What `accepting` found, by itself."""
+    graph, sources = product.graph, product.graph.sources
+    kept = np.flatnonzero((component[sources] >= 0) & (component[sources] == component[graph.targets]))
+    nodes = np.flatnonzero(component >= 0)
+    local = np.full(graph.n_nodes, -1, dtype=np.int32)
+    local[nodes] = np.arange(len(nodes))
+    counts = np.bincount(local[sources[kept]], minlength=len(nodes))
+    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    return Part(Graph(starts, local[graph.targets[kept]], graph.weights[kept]), product.marks[kept], nodes)
 
 
 def accepting(product: Product, reachable: NDArray[np.bool_], full: int) -> NDArray[np.int64]:
@@ -90,7 +125,11 @@ def accepting(product: Product, reachable: NDArray[np.bool_], full: int) -> NDAr
         (n,): number of the component, or -1 for a node outside all components whose edges carry all marks.
     """
     graph, sources = product.graph, product.graph.sources
-    n_components, component = connected_components(graph.matrix(), connection="strong")
+    matrix = graph.matrix()
+    if product.parallel:  # on which SciPy's search for strong components may never end
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
+    n_components, component = connected_components(matrix, connection="strong")
     inside = (component[sources] == component[graph.targets]) & reachable[sources]
     collected = np.zeros(n_components, dtype=np.int64)
     np.bitwise_or.at(collected, component[sources[inside]], product.marks[inside])

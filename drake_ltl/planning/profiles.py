@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.planning.automaton import Automaton
+from drake_ltl.planning.orbits import accepted, all_rows
 
 Profile = frozenset[tuple[int, int, int]]
 """Triples (q, q', marks met); of sets of marks between the same states only the largest are kept."""
@@ -23,12 +23,23 @@ Profile = frozenset[tuple[int, int, int]]
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
-    """All profiles of words over the letters; number 0 stands for the empty word and for no other."""
+    """All profiles of words over the letters, G of them; number 0 stands for the empty word and for no other."""
 
     automaton: Automaton
     """Its states are the profiles; its marks mean nothing."""
-    accepted: tuple[frozenset[int], ...]
-    """For each profile of v the states from which v^omega is accepted; empty for number 0."""
+    accepted: NDArray[np.bool_]
+    """(G, Q): from which states v^omega is accepted if v has the profile; from none for number 0."""
+    closed: NDArray[np.bool_]
+    """(G, Q): which states v leads back to themselves with all marks."""
+
+    def closed_later(self, state: int) -> tuple[Automaton, NDArray[np.bool_]] | None:
+        """The words v with v^omega accepted from a state to which v itself does not lead back with all marks.
+
+        Returns:
+            The least automaton that reads them, and which of its states are final; None if there are none.
+        """
+        final = self.accepted[:, state] & ~self.closed[:, state]
+        return _smallest(self.automaton, final) if final.any() else None
 
 
 def profile_of(automaton: Automaton, word: list[int]) -> Profile:
@@ -41,21 +52,69 @@ def profile_of(automaton: Automaton, word: list[int]) -> Profile:
 
 def accepted_from(profile: Profile, full: int) -> frozenset[int]:
     """The states from which v^omega is accepted, if v has the profile: they reach a cycle with all marks."""
-    graph = nx.MultiDiGraph()
-    graph.add_edges_from((q, t, {"marks": m}) for q, t, m in profile)
-    good: set[int] = set()
-    for component in nx.strongly_connected_components(graph):
-        collected = 0
-        for _, _, marks in graph.subgraph(component).edges(data="marks"):
-            collected |= marks
-        if collected == full:
-            good |= component
-            good |= set().union(*(nx.ancestors(graph, q) for q in component))
-    return frozenset(good)
+    states = sorted({q for triple in profile for q in triple[:2]})
+    number = {q: i for i, q in enumerate(states)}
+    reach = np.eye(len(states), dtype=bool)
+    for q, target, _ in profile:
+        reach[number[q], number[target]] = True
+    for _ in range(len(states).bit_length()):
+        reach = reach @ reach
+    mutual = reach & reach.T
+    collected = np.zeros(len(states), dtype=np.int64)
+    for q, target, marks in profile:
+        if mutual[number[q], number[target]]:
+            collected[mutual[number[q]]] |= marks
+    good = reach[:, collected == full].any(axis=1)
+    return frozenset(q for q in states if good[number[q]])
 
 
 def all_profiles(automaton: Automaton, letters: NDArray, most: int) -> Profiles | None:
     """The profiles of all words over some letters; None if there are more than `most`."""
+    full, n_states = automaton.full, automaton.n_states
+    if automaton.deterministic:
+        found = all_rows(automaton, letters, most)
+        if found is None:
+            return None
+        rows, onwards = found
+        good, closed = accepted(rows, full), rows == np.arange(n_states) * (full + 1) + full
+    else:
+        listed = _all_of_choices(automaton, letters, most)
+        if listed is None:
+            return None
+        profiles, onwards = listed
+        good, closed = np.zeros((2, len(profiles), n_states), dtype=bool)
+        for g, profile in enumerate(profiles):
+            good[g, list(accepted_from(profile, full))] = True
+            closed[g, [q for q, target, marks in profile if q == target and marks == full]] = True
+    nothing = np.zeros((1, n_states), dtype=bool)
+    numbered = Automaton(0, onwards[:, :, None], np.zeros_like(onwards)[:, :, None], 1)
+    return Profiles(numbered, np.concatenate([nothing, good]), np.concatenate([nothing, closed]))
+
+
+def _smallest(automaton: Automaton, final: NDArray) -> tuple[Automaton, NDArray[np.bool_]]:
+    """The least deterministic automaton that reads the same words to its final states, without dead ends."""
+    onwards, letter = np.unique(automaton.successors[:, :, 0], axis=1, return_inverse=True)
+    alive, more = final, final | (_looked_up(final, onwards, False)).any(axis=1)
+    while (more != alive).any():
+        alive, more = more, more | _looked_up(more, onwards, False).any(axis=1)
+    onwards = np.where(_looked_up(alive, onwards, False), onwards, -1)
+    kind, n_kinds = np.where(alive, final.astype(int), -1), 0
+    while n_kinds < len(set(kind.tolist())):
+        n_kinds = len(set(kind.tolist()))
+        table = np.column_stack([kind, _looked_up(kind, onwards, -1)])
+        kind = np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
+    first = np.unique(kind, return_index=True)[1]
+    successors = _looked_up(kind, onwards, -1)[first][:, letter.reshape(-1)][:, :, None]
+    return Automaton(int(kind[automaton.initial]), successors, np.zeros_like(successors), 1), final[first]
+
+
+def _looked_up(values: NDArray, numbers: NDArray, missing: object) -> NDArray:
+    """values[numbers], and `missing` for the number -1."""
+    return np.where(numbers >= 0, values[numbers], missing)
+
+
+def _all_of_choices(automaton: Automaton, letters: NDArray, most: int) -> tuple[list[Profile], NDArray] | None:
+    """`all_profiles` of an automaton with choices: the profiles, and (1 + G, L) how each goes on."""
     singles = {letter: _letter_profile(automaton, letter) for letter in np.unique(letters).tolist()}
     number: dict[Profile, int] = {}
     found: list[Profile] = []
@@ -76,13 +135,10 @@ def all_profiles(automaton: Automaton, letters: NDArray, most: int) -> Profiles 
         profile = found[len(rows) - 1]
         after = {single: enter(_join(profile, single)) for single in set(singles.values())}
         rows.append({letter: after[single] for letter, single in singles.items()})
-    n_letters = automaton.successors.shape[1]
-    successors = np.full((len(rows), n_letters, 1), -1)
+    onwards = np.full((len(rows), automaton.successors.shape[1]), -1)
     for i, row in enumerate(rows):
-        for letter, target in row.items():
-            successors[i, letter, 0] = target
-    accepted = (frozenset(), *(accepted_from(profile, automaton.full) for profile in found))
-    return Profiles(Automaton(0, successors, np.zeros_like(successors), 1), accepted)
+        onwards[i, list(row)] = list(row.values())
+    return found, onwards
 
 
 def _letter_profile(automaton: Automaton, letter: int) -> Profile:

@@ -1,10 +1,10 @@
-"""The lasso of least J = cost(prefix) + cost(suffix) among all lassos of the transition system.
+"""The lasso of least J = alpha cost(prefix) + beta cost(suffix) among all lassos of the transition system.
 
 What counts is the run prefix, suffix, suffix ..: the automaton need not be back in the same state after one round.
 A loop that is closed in the product too is found by Dijkstra over sets of marks (`layers`). Its price is the way
 to its root: to the root's product node for an upper bound, to its state of TS, whatever the automaton's state, for
-a lower bound if the automaton never counts (`never_counts`). Where the two do not meet, the search is done again
-over profiles, which is exact for every automaton and slower.
+a lower bound if the automaton never counts (`never_counts`). Where the two do not meet, the search goes on among
+the loops that only later rounds close, over profiles: that is exact for every automaton, and slower.
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton, never_counts
-from drake_ltl.planning.layers import Layers, layered
-from drake_ltl.planning.loops import Loop, LoopProblem, cheapest_loop
-from drake_ltl.planning.product import Product, accepting, multiply
+from drake_ltl.planning.distances import distances, way
+from drake_ltl.planning.layers import Marks
+from drake_ltl.planning.loops import LoopProblem, cheapest_loop
+from drake_ltl.planning.product import Graph, Part, Product, accepting, accepting_part, multiply
 from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.planning.weights import COST_UNIT, lexicographic
@@ -49,28 +48,40 @@ class _Prefixes:
 
     product: Product
     distance: NDArray[np.float64]
-    parent: NDArray[np.int32]
+    before: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, product: Product) -> _Prefixes:
+        offsets = np.full(product.graph.n_nodes, np.inf)
+        offsets[product.initial] = 0.0
+        return cls(product, *distances(product.graph, offsets))
 
     def path(self, node: int) -> list[int]:
         """States of TS from the start to a node."""
-        nodes = [node]
-        while self.parent[nodes[-1]] >= 0 and self.parent[nodes[-1]] < self.product.graph.n_nodes:
-            nodes.append(int(self.parent[nodes[-1]]))
-        return [n % self.product.n_system for n in reversed(nodes)]
+        return [n % self.product.n_system for n in way(self.before, node)]
 
     def by_state(self) -> NDArray[np.float64]:
         """(Q, S)"""
         return self.distance.reshape(-1, self.product.n_system)
 
 
-def cheapest_lasso(system: TransitionSystem, letter: NDArray, automaton: Automaton, start: int) -> Lasso | None:
-    """The lasso from `start` whose word the automaton accepts, of least cost, then fewest steps, then fewest actions.
+def cheapest_lasso(
+    system: TransitionSystem,
+    letter: NDArray,
+    automaton: Automaton,
+    start: int,
+    alpha: float = 1.0,
+    beta: float = 1.0,
+) -> Lasso | None:
+    """The lasso from `start` whose word the automaton accepts, of least J, then fewest steps, then fewest actions.
 
     Args:
         system: TS.
         letter: (S,), the letter of each state.
         automaton: reads letters.
         start: index of the initial state.
+        alpha: weight of the prefix's cost.
+        beta: weight of the suffix's cost.
 
     Returns:
         None if there is no such lasso.
@@ -78,33 +89,52 @@ def cheapest_lasso(system: TransitionSystem, letter: NDArray, automaton: Automat
     Raises:
         SearchLimitError: the product is too large.
     """
-    if system.n_transitions * automaton.n_states > MOST_EDGES:
-        size = f"{system.n_transitions} transitions x {automaton.n_states} states"
-        raise SearchLimitError(f"the product of TS and the automaton is too large: {size}")
-    weights = lexicographic(system.costs, system.actions)
-    prefixes = _prefixes(multiply(system, letter, weights, automaton, start))
-    component = accepting(prefixes.product, np.isfinite(prefixes.distance), automaton.full)
+    system = _readable(system, letter, automaton)
+    _check_size(system, automaton)
+    largest = max(alpha, beta) * float(system.costs.max(initial=0.0))
+    weights = lexicographic(beta * system.costs, system.actions, largest)
+    product = multiply(system, letter, weights, automaton, start)
+    if alpha == beta:
+        prefixes = _Prefixes.of(product)
+    else:
+        other = lexicographic(alpha * system.costs, system.actions, largest)
+        prefixes = _Prefixes.of(multiply(system, letter, other, automaton, start))
+    component = accepting(product, np.isfinite(prefixes.distance), automaton.full)
     if not (component >= 0).any():
         return None
-    return _Search(system, letter, automaton, weights, prefixes, component).run()
+    part = accepting_part(product, component)
+    return _Search(system, letter, automaton, weights, prefixes, part).run()
 
 
 def has_lasso(system: TransitionSystem, letter: NDArray, automaton: Automaton, start: int) -> bool:
     """Whether any run from `start` is accepted."""
+    system = _readable(system, letter, automaton)
     product = multiply(system, letter, np.ones(system.n_transitions), automaton, start)
-    reachable = np.isfinite(_prefixes(product).distance)
+    reachable = np.isfinite(_Prefixes.of(product).distance)
     return bool((accepting(product, reachable, automaton.full) >= 0).any())
 
 
-def _prefixes(product: Product) -> _Prefixes:
-    """Dijkstra from one more node that leads to the initial ones."""
-    graph, n = product.graph, product.graph.n_nodes
-    starts = np.append(graph.starts, graph.starts[-1] + len(product.initial)).astype(np.int32)
-    targets = np.append(graph.targets, product.initial).astype(np.int32)
-    weights = np.append(graph.weights, np.ones(len(product.initial)))
-    matrix = csr_array((weights, targets, starts), shape=(n + 1, n + 1))
-    distance, parent = dijkstra(matrix, indices=n, return_predecessors=True)
-    return _Prefixes(product, distance[:n] - 1.0, parent[:n])
+def _readable(system: TransitionSystem, letter: NDArray, automaton: Automaton) -> TransitionSystem:
+    """TS without transitions between states whose letters no state of the automaton reads."""
+    readable = (automaton.successors >= 0).any(axis=(0, 2))[letter]
+    return system if readable.all() else system.keep(readable[system.sources] & readable[system.targets])
+
+
+def _check_size(system: TransitionSystem, automaton: Automaton) -> None:
+    if system.n_transitions * automaton.n_states > MOST_EDGES:
+        size = f"{system.n_transitions} transitions x {automaton.n_states} states"
+        raise SearchLimitError(f"the product of TS and the automaton is too large: {size}")
+
+
+@dataclass(frozen=True)
+class _Closed:
+    """A loop of the product: nodes of the part, of which the first stands at the end too."""
+
+    nodes: list[int]
+    weight: float
+    """Price + weight."""
+    bound: float
+    """No loop has less; equal to `weight` if that is proven to be the least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,91 +144,105 @@ class _Search:
     automaton: Automaton
     weights: NDArray
     prefixes: _Prefixes
-    component: NDArray
-    """(n,): accepting component of each product node, or -1."""
+    part: Part
 
     def run(self) -> Lasso:
-        layers = self._layers()
-        nodes, n_system = layers.nodes, self.system.n_states
-        to_node = self.prefixes.distance[nodes]
-        to_state = self.prefixes.by_state().min(axis=0)[nodes % n_system]
-        bound = float(to_state.min())
-        if layers.exact and never_counts(self.automaton):
-            relaxed = _found(cheapest_loop(self._problem(layers, to_state)))
-            lasso = self._closed_anyhow(relaxed, layers)
+        to_node = self.prefixes.distance[self.part.nodes]
+        to_state = self.prefixes.by_state().min(axis=0)[self.part.nodes % self.system.n_states]
+        bound, nearest = float(to_state.min()), bool((to_state == to_node).all())
+        settled = never_counts(self.automaton)
+        if settled and not nearest:
+            relaxed = self._closed(to_state)
+            lasso = self._closed_anyhow(relaxed)
             if lasso is not None:
                 return lasso
-            bound = relaxed.weight
-        closed = _found(cheapest_loop(self._problem(layers, to_node)))
-        lasso = self._lasso(int(nodes[closed.root]), closed, nodes)
+            bound = relaxed.bound
+        closed = self._closed(to_node)
+        if settled and nearest:
+            bound = closed.bound
+        lasso = self._lasso(int(self.part.nodes[closed.nodes[0]]), self._states(closed))
         if closed.weight == bound:
             return lasso
+        if closed.weight > closed.bound:
+            return replace(lasso, optimal=False, gap=_gap(bound, closed.weight))
         return self._over_profiles(lasso, closed.weight, bound)
 
-    def _layers(self) -> Layers:
-        product = self.prefixes.product
-        n_edges = int((self.component[product.graph.targets] >= 0).sum())
-        exact = self.automaton.full < MOST_LAYERS and n_edges * (self.automaton.full + 1) <= MOST_EDGES
-        layers = layered(product, self.component, self.automaton.full, exact, MOST_EDGES)
+    def _closed(self, prices: NDArray) -> _Closed:
+        """The cheapest loop of the product."""
+        marks = Marks(self.part, self.automaton.full, prices)
+        nodes, weight = marks.some_loop()
+        if self.automaton.full >= MOST_LAYERS or self.part.n_nodes * (self.automaton.full + 1) > MOST_EDGES:
+            return _Closed(nodes, weight, marks.bound)
+        layers = marks.layers(weight + 1.0, MOST_EDGES)  # weights are integers: the loop known already stays
         if layers is None:
-            raise SearchLimitError(f"the loops have {n_edges} transitions to choose from, which is too many")
-        return layers
-
-    def _problem(self, layers: Layers, prices: NDArray) -> LoopProblem:
-        n = len(layers.nodes)
-        last = layers.graph.n_nodes - n
-        roots = np.arange(n)
-        return LoopProblem(layers.graph, roots, last + roots[:, None], prices, self._features(layers.nodes))
+            return _Closed(nodes, weight, marks.bound)
+        roots = layers.nodes[layers.roots]
+        features = self._features(self.part.nodes[roots])
+        problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], features)
+        loop = cheapest_loop(problem, weight + 1.0)
+        if loop is None:
+            raise AssertionError("a loop that is known was not found again")
+        return _Closed(layers.nodes[list(loop.nodes)].tolist(), loop.weight, loop.weight)
 
     def _features(self, nodes: NDArray) -> NDArray[np.int64]:
         states, system = nodes % self.system.n_states, self.system
         return np.column_stack([system.options[states], system.places[states], nodes // system.n_states])
 
-    def _closed_anyhow(self, loop: Loop, layers: Layers) -> Lasso | None:
+    def _states(self, closed: _Closed) -> list[int]:
+        """The loop's states of TS, the first one at its end again."""
+        return (self.part.nodes[closed.nodes] % self.system.n_states).tolist()
+
+    def _closed_anyhow(self, loop: _Closed) -> Lasso | None:
         """The lasso of the loop and the shortest way to its first state, if its word is accepted."""
-        n_system = self.system.n_states
-        states = [int(layers.nodes[node % len(layers.nodes)]) % n_system for node in loop.nodes]
+        if loop.weight > loop.bound:
+            return None
+        states = self._states(loop)
         profile = profile_of(self.automaton, self.letter[states[1:]].tolist())
         accepted = accepted_from(profile, self.automaton.full)
         distances = self.prefixes.by_state()[:, states[0]]
         for q in np.flatnonzero(distances == distances.min()).tolist():
             if q in accepted:
-                return self._lasso(q * n_system + states[0], loop, layers.nodes)
+                return self._lasso(q * self.system.n_states + states[0], states)
         return None
 
-    def _lasso(self, root: int, loop: Loop, nodes: NDArray) -> Lasso:
+    def _lasso(self, root: int, states: list[int]) -> Lasso:
         """The shortest way to product node `root`, then a loop that begins in the same state of TS."""
-        prefix = self.prefixes.path(root)[:-1]
-        suffix = [int(nodes[node % len(nodes)]) % self.system.n_states for node in loop.nodes[:-1]]
-        return Lasso(tuple(prefix), tuple(suffix), True, 0.0)
+        return Lasso(tuple(self.prefixes.path(root)[:-1]), tuple(states[:-1]), True, 0.0)
 
     def _over_profiles(self, lasso: Lasso, weight: float, bound: float) -> Lasso:
-        """Exact search for something better than a lasso; the lasso itself if there is nothing, or too much."""
-        system, by_state = self.system, self.prefixes.by_state()
-        near = by_state.min(axis=0) < weight
-        kept = near[system.sources] & near[system.targets]
-        profiles = all_profiles(self.automaton, self.letter[near], MOST_PROFILES)
-        if profiles is None or profiles.automaton.n_states * int(kept.sum()) > MOST_EDGES:
+        """Exact search for a loop that is not closed after one round and better than a lasso; the lasso itself if
+        there is none, or too much to search."""
+        by_state = self.prefixes.by_state()
+        profiles = all_profiles(self.automaton, self.letter[by_state.min(axis=0) < weight], MOST_PROFILES)
+        if profiles is None:
             return replace(lasso, optimal=False, gap=_gap(bound, weight))
-        graph = multiply(system.keep(kept), self.letter, self.weights[kept], profiles.automaton, 0).graph
-        states = np.arange(system.n_states)
+        sound = True
         for q, prices in enumerate(by_state):
-            accepting_profiles = [g for g, accepted in enumerate(profiles.accepted) if q in accepted]
-            if not accepting_profiles:
+            later = profiles.closed_later(q) if (prices < weight).any() else None
+            if later is None:
                 continue
-            goals = states[:, None] + np.array(accepting_profiles) * system.n_states
-            problem = LoopProblem(graph, states, goals, prices, self._features(states))
-            loop = cheapest_loop(problem, weight)
+            problem = self._profile_problem(*later, prices, weight)
+            loop = None if problem is None else cheapest_loop(problem, weight)
+            sound &= problem is not None
             if loop is not None:
                 weight = loop.weight
-                lasso = self._lasso(q * system.n_states + loop.root, loop, states)
-        return lasso
+                states = [node % self.system.n_states for node in loop.nodes]
+                lasso = self._lasso(q * self.system.n_states + states[0], states)
+        return lasso if sound else replace(lasso, optimal=False, gap=_gap(bound, weight))
 
-
-def _found(loop: Loop | None) -> Loop:
-    if loop is None:
-        raise AssertionError("an accepting component has a loop through each of its nodes")
-    return loop
+    def _profile_problem(self, reader: Automaton, final: NDArray, prices: NDArray, weight: float) -> LoopProblem | None:
+        """Loops of TS with words that are read to a final state; None if that is too large."""
+        system = self.system
+        starts = np.searchsorted(system.sources, np.arange(system.n_states + 1)).astype(np.int32)
+        begun = distances(Graph(starts, system.targets, self.weights), prices, weight)[0]
+        kept = begun[system.sources] + self.weights < weight
+        if reader.n_states * int(kept.sum()) > MOST_EDGES:
+            return None
+        graph = multiply(system.keep(kept), self.letter, self.weights[kept], reader, 0).graph
+        states = np.flatnonzero(prices < weight)
+        goals = states[:, None] + np.flatnonzero(final) * system.n_states
+        roots = states + reader.initial * system.n_states
+        return LoopProblem(graph, roots, goals, prices[states], self._features(states))
 
 
 def _gap(bound: float, weight: float) -> float:

@@ -18,7 +18,9 @@ _SUM = 16
 """Sums up to this many times the largest cost are exact integers of double precision in any case."""
 
 
-def lexicographic(costs: NDArray[np.float64], actions: NDArray[np.int64]) -> NDArray[np.float64]:
+def lexicographic(
+    costs: NDArray[np.float64], actions: NDArray[np.int64], largest: float | None = None
+) -> NDArray[np.float64]:
     """Weights whose sums order paths by cost, then by number of steps, then by number of actions.
 
     A weight is `round(cost / quantum) * COST_UNIT + ACTION_LIMIT + actions`, an integer: sums of integers below
@@ -29,8 +31,9 @@ def lexicographic(costs: NDArray[np.float64], actions: NDArray[np.int64]) -> NDA
     Args:
         costs: finite and at least zero, (E,).
         actions: how many agents act, (E,), each below ACTION_LIMIT.
+        largest: determines the quantum, so that weights of different costs can be added; None takes the largest.
     """
-    largest = float(costs.max(initial=0.0))
+    largest = float(costs.max(initial=0.0)) if largest is None else largest
     scaled = np.zeros_like(costs)
     if largest > 0.0:
         digits = math.floor(math.log10(2.0**53 / COST_UNIT / _SUM / largest))

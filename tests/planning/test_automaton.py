@@ -61,7 +61,7 @@ def test_the_profiles_of_all_words_are_an_automaton(formula, cycle):
     state = 0
     for letter in cycle:
         state = profiles.automaton.successors[state, letter, 0] if state >= 0 else -1
-    accepted = profiles.accepted[state] if state >= 0 else frozenset()
+    accepted = frozenset(np.flatnonzero(profiles.accepted[state]).tolist()) if state >= 0 else frozenset()
     assert accepted == accepted_from(profile_of(automaton, cycle), automaton.full)
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_ltl.planning.layers import layered
+from drake_ltl.planning.layers import Marks
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
-from drake_ltl.planning.product import Graph, Product, accepting
+from drake_ltl.planning.product import Graph, Product, accepting, accepting_part
 from drake_ltl.planning.weights import ACTION_LIMIT, COST_UNIT, lexicographic
 
 N = 6
@@ -67,21 +67,41 @@ def test_accepting_components_carry_all_marks_inside():
     assert component[[0, 3, 4, 5]].tolist() == [-1] * 4
 
 
-@pytest.mark.parametrize(("exact", "rounds"), [(True, 1), (False, 2)])
-def test_marks_in_any_order_or_one_after_the_other(exact, rounds):
-    """A ring that meets mark 1 before mark 0."""
-    product = product_of([(0, 1, 1, 0b10), (1, 2, 1, 0b01), (2, 0, 1, 0)])
-    component = accepting(product, np.arange(N) < 3, 0b11)
-    layers = layered(product, component, 0b11, exact, 1000)
-    n = len(layers.nodes)
-    last = layers.graph.n_nodes - n
-    problem = LoopProblem(layers.graph, np.array([0]), np.array([[last]]), np.zeros(1), np.zeros((1, 1), int))
-    assert cheapest_loop(problem).weight == 3 * rounds
+def part_of(edges):
+    product = product_of(edges)
+    return accepting_part(product, accepting(product, np.ones(N, bool), 0b11))
 
 
-def test_layers_beyond_the_limit_are_not_formed():
-    product = product_of([(0, 0, 1, 0b1)])
-    assert layered(product, accepting(product, np.ones(N, bool), 0b1), 0b1, True, 1) is None
+@given(
+    edges=st.lists(
+        st.tuples(st.integers(0, N - 1), st.integers(0, N - 1), st.integers(1, 9), st.integers(0, 3)), max_size=25
+    ),
+    prices=st.lists(st.integers(0, 9), min_size=N, max_size=N),
+)
+def test_layers_keep_the_cheapest_loop_with_all_marks(edges, prices):
+    """Against one search per root in all layers; the greedy loop and the bound enclose it."""
+    part = part_of(edges)
+    if not part.n_nodes:
+        return
+    prices = np.array(prices, dtype=float)[part.nodes]
+    oracle = nx.DiGraph()
+    for source, target, weight, met in sorted(edges, key=lambda edge: -edge[2]):
+        for marks in range(4):
+            oracle.add_edge((source, marks), (target, marks | met), weight=weight)
+    best = min(
+        price + nx.shortest_path_length(oracle, (root, 0), (root, 3), "weight")
+        for root, price in zip(part.nodes.tolist(), prices, strict=True)
+        if nx.has_path(oracle, (root, 0), (root, 3))
+    )
+    marks = Marks(part, 0b11, prices)
+    nodes, weight = marks.some_loop()
+    assert nodes[0] == nodes[-1]
+    assert marks.bound <= best <= weight
+    layers = marks.layers(weight + 1.0, 1000)
+    roots = layers.nodes[layers.roots]
+    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], roots[:, None])
+    assert cheapest_loop(problem, weight + 1.0).weight == best
+    assert marks.layers(weight + 1.0, 0) is None
 
 
 @given(

@@ -1,0 +1,74 @@
+"""Profiles of a deterministic automaton as rows of numbers: from each state a word leads to at most one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_ltl.planning.automaton import Automaton
+
+
+def all_rows(automaton: Automaton, letters: NDArray, most: int) -> tuple[NDArray, NDArray] | None:
+    """The profiles of all words over some letters.
+
+    Args:
+        automaton: Q states, L letters, deterministic.
+        letters: those to form words of.
+        most: give up and return None rather than find more profiles.
+
+    Returns:
+        Rows (G, Q) of target * (full + 1) + marks, or -1 where the word is not read; and how each goes on with
+        each letter, (1 + G, L): the number 1, 2 .. of a profile, 0 being the empty word, or -1.
+    """
+    n_letters, n_marks = automaton.successors.shape[1], automaton.full + 1
+    singles, same = np.unique(_letter_rows(automaton)[np.unique(letters)], axis=0, return_inverse=True)
+    number: dict[bytes, int] = {np.full(automaton.n_states, -1).tobytes(): -1}
+    found: list[NDArray] = []
+
+    def enter(rows: NDArray) -> list[int]:
+        for row in rows:
+            if number.setdefault(row.tobytes(), len(found) + 1) > len(found):
+                found.append(row)
+        return [number[row.tobytes()] for row in rows]
+
+    follows = [enter(singles)]
+    while len(follows) <= len(found):
+        if len(found) > most:
+            return None
+        new = np.array(found[len(follows) - 1 :])
+        follows += [enter(joined) for joined in _join(new[:, None], singles[None], n_marks)]
+    rows = np.array(found, dtype=np.int64).reshape(-1, automaton.n_states)
+    onwards = np.full((len(follows), n_letters), -1)
+    onwards[:, np.unique(letters)] = np.array(follows)[:, same.reshape(-1)]
+    return rows, onwards
+
+
+def accepted(rows: NDArray, full: int) -> NDArray[np.bool_]:
+    """(G, Q): whether the word repeated for ever is accepted from each state."""
+    n_states, n_marks = rows.shape[1], full + 1
+    word = np.column_stack([rows, np.full(len(rows), n_states * n_marks)])  # one more state: rejected for good
+    word[:, :-1][rows < 0] = n_states * n_marks
+    many = word
+    for _ in range(n_states.bit_length()):
+        many = _join(many, many, n_marks)  # so many rounds lead to those that recur
+    settled, round_about = many // n_marks, word
+    for _ in range(n_states.bit_length()):  # marks of 2, 4 .. rounds; in the end all that recur
+        round_about = _join(round_about, round_about, n_marks)
+    met = np.take_along_axis(round_about % n_marks, settled, axis=1)
+    return ((settled < n_states) & (met == full))[:, :-1]
+
+
+def _letter_rows(automaton: Automaton) -> NDArray[np.int64]:
+    """(L, Q): rows of the words of one letter."""
+    if not automaton.successors.shape[2]:
+        return np.full(automaton.successors.shape[1::-1], -1)
+    successors, marks = automaton.successors[:, :, 0].T, automaton.marks[:, :, 0].T
+    return np.where(successors >= 0, successors * (automaton.full + 1) + marks, -1)
+
+
+def _join(first: NDArray, second: NDArray, n_marks: int) -> NDArray[np.int64]:
+    """Rows of the words that begin with one and go on with another; leading axes are broadcast."""
+    shape = np.broadcast_shapes(first.shape, second.shape)
+    first, second = np.broadcast_to(first, shape), np.broadcast_to(second, shape)
+    onwards = np.take_along_axis(second, np.maximum(first, 0) // n_marks, axis=-1)
+    return np.where((first < 0) | (onwards < 0), -1, onwards | (np.maximum(first, 0) % n_marks))
