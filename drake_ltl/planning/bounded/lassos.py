@@ -89,10 +89,6 @@ class Lassos:
         """Ask for a cost of at most this, or less than this."""
         self.model.add(self._cost <= cost - 1 if better else self._cost <= cost)
 
-    def at_least(self, cost: int) -> None:
-        """No lasso costs less than this."""
-        self.model.add(self._cost >= cost)
-
     def hint(self, run: Run) -> None:
         """Start from a lasso, if it is short enough."""
         states, loop = run

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import threading
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,10 +19,13 @@ from drake_ltl.scenario.model import PublishedFits
 
 FIRST_HORIZON = 6
 GROWTH = 1.5
+"""Lengths are tried in this ratio until a lasso is found,"""
+STRETCHES = (1.0, 1.3, 1.7, 2.2, 3.0)
+"""then these multiples of the best lasso's length, again and again with more patience."""
+PATIENCE = 0.08
+"""A length is given up when nothing better was found for this share of the time limit, and at least a second."""
 MARGIN = 4
 """The search ends when twice the best lasso's steps, and so many more, are searched to the end."""
-LONGEST = 60
-"""So many steps are tried at most, unless no lasso is found."""
 
 
 @dataclass
@@ -40,41 +43,47 @@ class Search:
     best: Run | None = None
     best_cost: int = 0
     """In the problem's units."""
+    searched: int = 0
+    """All lassos of up to so many steps have been searched: none is better than the best."""
+    patience: float = 1.0
+    """Multiple of the usual patience."""
 
     def run(self) -> Run | None:
         """The best lasso found until it is proven, time is over, or no longer one seems to be better."""
-        finished = False
-        while self.standing.left > 0 and not self.standing.proven:
-            finished = self._search_horizon(finished)
-            if finished and self.best is not None and self.horizon >= 2 * len(self.best[0]) + MARGIN:
-                break
-            self._grow(finished)
+        while self.best is None and self.standing.left > 0:
+            self._search_horizon()
+            if self.best is None:
+                self.horizon = max(self.horizon + 1, int(self.horizon * GROWTH))
+        while self.best is not None and not self._is_over():
+            for stretch in STRETCHES:
+                self.horizon = max(int(len(self.best[0]) * stretch) + 1, self.searched + 1)
+                self._search_horizon()
+                if self._is_over():
+                    break
+            self.patience *= 2.0
+            self.seed += 1
         return self.best
 
-    def accept(self, run: Run, cost: int) -> None:
-        """A better lasso, which fits."""
-        if self.best is None or cost <= self.best_cost:
-            self.best, self.best_cost = run, cost
-            self.standing.improve(float(cost * self.problem.unit))
+    def _is_over(self) -> bool:
+        enough = self.best is not None and self.searched >= 2 * len(self.best[0]) + MARGIN
+        return self.standing.left <= 0 or self.standing.proven or enough
 
-    def _grow(self, finished: bool) -> None:
-        longer = max(self.horizon + 1, int(self.horizon * GROWTH))
-        if finished or self.best is None or longer <= min(LONGEST, 3 * len(self.best[0])):
-            self.horizon = longer
-        else:
-            self.seed += 1
+    def accept(self, run: Run, cost: int) -> bool:
+        """Take a lasso that fits; whether it is better than the best so far."""
+        value = cost, len(run[0])
+        if self.best is not None and value >= (self.best_cost, len(self.best[0])):
+            return False
+        self.best, self.best_cost = run, cost
+        self.standing.improve(float(cost * self.problem.unit))
+        return True
 
     @cached_property
     def _capacity(self) -> PublishedFits | None:
         return counting_rule(self.problem, self.refusals.fits)
 
-    def _search_horizon(self, only_better: bool) -> bool:
-        """Whether all lassos up to this length have been searched.
-
-        Args:
-            only_better: the best lasso so far is known to be the best of its length; else the search starts from it.
-        """
-        lassos = self._lassos(only_better)
+    def _search_horizon(self) -> None:
+        """Search lassos of up to `horizon` steps, with ever more cuts, until all are searched or patience ends."""
+        lassos = self._lassos()
         n_cuts = n_weak = 0
         while self.standing.left > 0:
             for cut in self.refusals.cuts[n_cuts:]:
@@ -82,45 +91,64 @@ class Search:
             for weak in self.refusals.weak[n_weak:]:
                 lassos.forbid_team(weak)
             n_cuts, n_weak = len(self.refusals.cuts), len(self.refusals.weak)
-            callback = _Callback(self, lassos)
-            status = self._solver().solve(lassos.model, callback)
+            solver = self._solver()
+            with _Callback(self, lassos, solver, self._seconds()) as callback:
+                status = solver.solve(lassos.model, callback)
+            if status in (cp_model.OPTIMAL, cp_model.INFEASIBLE) and not callback.refused:
+                self.searched = max(self.searched, self.horizon)
             if not callback.refused:
-                return status in (cp_model.OPTIMAL, cp_model.INFEASIBLE)
-        return False
+                return
 
-    def _lassos(self, only_better: bool) -> Lassos:
+    def _lassos(self) -> Lassos:
         lassos = Lassos(self.problem, self.horizon, self._capacity)
         letters = Letters(lassos)
         for conjunct in self.conjuncts:
             Reader(lassos, conjunct, letters)
         for before, after in self.forbidden:
             lassos.forbid_transition(before, after)
-        lassos.at_least(math.floor(self.standing.lower_bound / self.problem.unit * (1.0 - 1e-9)))
         if self.best is not None:
-            lassos.limit(self.best_cost, better=only_better)
-            if not only_better:
+            # If the best is the best of its length, nothing is gained by finding it again.
+            settled = self.searched >= len(self.best[0])
+            lassos.limit(self.best_cost, better=settled)
+            if not settled:
                 lassos.hint(self.best)
         return lassos
 
     def _solver(self) -> cp_model.CpSolver:
         solver = cp_model.CpSolver()
-        solver.parameters.max_time_in_seconds = max(0.01, min(self.standing.left, self._slice()))
+        solver.parameters.max_time_in_seconds = max(0.01, self.standing.left)
         solver.parameters.num_workers = self.workers
         solver.parameters.random_seed = self.seed
         return solver
 
-    def _slice(self) -> float:
-        """Time for one length [s]."""
-        return max(1.0, 0.15 * self.standing.time_limit)
+    def _seconds(self) -> float:
+        """How long to wait for something better."""
+        return self.patience * max(1.0, PATIENCE * self.standing.time_limit)
 
 
 class _Callback(cp_model.CpSolverSolutionCallback):
-    """Takes each better lasso, or stops the solver at one that is refused."""
+    """Takes each better lasso; stops the solver at one that is refused, or when patience ends."""
 
-    def __init__(self, search: Search, lassos: Lassos):
+    def __init__(self, search: Search, lassos: Lassos, solver: cp_model.CpSolver, seconds: float):
         super().__init__()
-        self._search, self._lassos = search, lassos
+        self._search, self._lassos, self._solver, self._seconds = search, lassos, solver, seconds
+        self._timer: threading.Timer | None = None
         self.refused = False
+
+    def __enter__(self) -> _Callback:
+        self._wait()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._timer:
+            self._timer.cancel()
+
+    def _wait(self) -> None:
+        if self._timer:
+            self._timer.cancel()
+        self._timer = threading.Timer(self._seconds, self._solver.stop_search)
+        self._timer.daemon = True
+        self._timer.start()
 
     def on_solution_callback(self) -> None:
         run = self._lassos.run(self.value)
@@ -128,6 +156,7 @@ class _Callback(cp_model.CpSolverSolutionCallback):
             self.refused = True
             self.stop_search()
             return
-        self._search.accept(run, self._lassos.cost(self.objective_value))
+        if self._search.accept(run, self._lassos.cost(self.objective_value)):
+            self._wait()
         if self._search.standing.proven:
             self.stop_search()
