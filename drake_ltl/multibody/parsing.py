@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
+import numpy as np
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
@@ -23,6 +24,8 @@ MOUNT_JOINT = "mount"
 """Fixed joint of an agent's URDF whose yaw is the scenario's `heading`."""
 RING_FRAME = "grasp_ring"
 """Frame of an object's SDF: one grasp frame; rotating it about the object's z axis gives all others."""
+COM_TOLERANCE = 1e-4
+"""How far an object's centre of mass may be from its origin [m]."""
 HANDLE_PREFIX = "handle"
 """Collision geometries of an object that grippers are meant to touch begin with this."""
 
@@ -36,7 +39,7 @@ def AddAgentModel(plant: MultibodyPlant, agent: Agent) -> ModelInstanceIndex:
     """
     path = resolve(agent.model)
     actuators_before = plant.num_actuators()
-    instance = _parse(plant, f"agents.{agent.name}.model", path, _with_heading(agent, path), "urdf", agent.name)
+    instance = _parse(plant, f"agents.{agent.name}.model", path, agent.name, _with_heading(agent, path))
     for frame in (GRASP_FRAME, CENTRE_FRAME):
         if not plant.HasFrameNamed(frame, instance):
             raise InvalidInputError(
@@ -68,13 +71,25 @@ def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstance
     """Adds the object's SDF (one free body) under its own name.
 
     Raises:
-        InvalidInputError: the file cannot be parsed, has more than one link, or lacks the frame `grasp_ring`.
+        InvalidInputError: the file cannot be parsed, has more than one link, lacks the frame `grasp_ring`, or its
+            centre of mass is not at its origin.
     """
     path = resolve(obj.model)
     where = f"objects.{obj.name}.model"
-    instance = _parse(plant, where, path, _read(where, path), path.suffix.lstrip("."), obj.name)
+    instance = _parse(plant, where, path, obj.name)
     if len(plant.GetBodyIndices(instance)) != 1:
         raise InvalidInputError([Mistake(where, f"{path.name} has several links", "an object is one rigid link")])
+    body = plant.get_body(plant.GetBodyIndices(instance)[0])
+    if np.linalg.norm(body.default_com()) > COM_TOLERANCE:
+        raise InvalidInputError(
+            [
+                Mistake(
+                    where,
+                    f"the centre of mass in {path.name} is not at the link's origin but at {body.default_com()}",
+                    "put the link's origin there: it is the frame {O} of the control laws",
+                )
+            ]
+        )
     if not plant.HasFrameNamed(RING_FRAME, instance):
         raise InvalidInputError(
             [
@@ -91,23 +106,25 @@ def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstance
 def _with_heading(agent: Agent, path: Path) -> str:
     """The URDF's text with the heading written into the yaw of its `mount` joint."""
     where = f"agents.{agent.name}.model"
-    text = _read(where, path)
-    if agent.heading == 0.0:
-        return text
     try:
-        return _turned(agent, path, minidom.parseString(text))  # unlike ElementTree it keeps the prefix of Drake's tags
-    except (ExpatError, ValueError) as error:
+        text = path.read_text(encoding="utf-8")
+        document = minidom.parseString(text)  # unlike ElementTree it keeps the prefix of Drake's tags
+        if agent.heading != 0.0:
+            _turn(agent, path, document)
+    except (OSError, ExpatError, ValueError) as error:
         raise _unparsable(where, path, error) from error
+    _anchor_files(document, path.parent)
+    return document.toxml()
 
 
-def _turned(agent: Agent, path: Path, document: minidom.Document) -> str:
+def _turn(agent: Agent, path: Path, document: minidom.Document) -> None:
     for joint in document.getElementsByTagName("joint"):
         if joint.getAttribute("name") == MOUNT_JOINT and joint.getAttribute("type") == "fixed":
             origins = joint.getElementsByTagName("origin")
             origin = origins[0] if origins else joint.appendChild(document.createElement("origin"))
             roll, pitch, yaw = (float(angle) for angle in (origin.getAttribute("rpy") or "0 0 0").split())
             origin.setAttribute("rpy", f"{roll!r} {pitch!r} {yaw + agent.heading!r}")
-            return document.toxml()
+            return
     raise InvalidInputError(
         [
             Mistake(
@@ -119,25 +136,28 @@ def _turned(agent: Agent, path: Path, document: minidom.Document) -> str:
     )
 
 
-def _parse(plant: MultibodyPlant, where: str, path: Path, text: str, file_type: str, name: str) -> ModelInstanceIndex:
+def _anchor_files(document: minidom.Document, folder: Path) -> None:
+    """Makes relative names of meshes whole URIs: a text has no folder of its own."""
+    for element in document.getElementsByTagName("*"):
+        name = element.getAttribute("filename")
+        if name and "://" not in name:
+            element.setAttribute("filename", (folder / name).absolute().as_uri())
+
+
+def _parse(plant: MultibodyPlant, where: str, path: Path, name: str, text: str | None = None) -> ModelInstanceIndex:
+    """Adds the file's model, or that of `text` in its place."""
     parser = Parser(plant, model_name_prefix="")
     parser.SetAutoRenaming(True)
     parser.package_map().AddPackageXml(str(package_xml()))
     if path.parent.joinpath("package.xml").exists():
         parser.package_map().PopulateFromFolder(str(path.parent))
     try:
-        (instance,) = parser.AddModelsFromString(text, file_type)
+        added = parser.AddModels(str(path)) if text is None else parser.AddModelsFromString(text, "urdf")
+        (instance,) = added
     except (RuntimeError, ValueError) as error:
         raise _unparsable(where, path, error) from error
     plant.RenameModelInstance(instance, name)
     return instance
-
-
-def _read(where: str, path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise _unparsable(where, path, error) from error
 
 
 def _unparsable(where: str, path: Path, error: Exception) -> InvalidInputError:

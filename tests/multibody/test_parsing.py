@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.multibody import AddAgentModel, AddObjectModel
+from drake_ltl.scenario.model import Agent, TransportObject
+from drake_ltl.scenario.model_files import resolve
 
 ARM, CRATE = "agents/planar_arm.urdf", "objects/crate.sdf"
 
@@ -149,3 +152,29 @@ def test_headings_may_be_given_without_an_origin(changed_model, make_agent):
     plant.Finalize()
     X_BT = plant.GetJointByName("mount").frame_on_parent().GetFixedPoseInBodyFrame()
     np.testing.assert_allclose(X_BT.rotation().ToRollPitchYaw().vector(), [0.0, 0.0, 0.5], atol=1e-12)
+
+
+def test_an_object_s_origin_is_its_centre_of_mass(tmp_path):
+    text = resolve("package://drake_ltl_models/objects/crate.sdf").read_text()
+    assert "<mass>" in text
+    path = tmp_path / "lopsided.sdf"
+    path.write_text(text.replace("<mass>", "<pose>0.1 0 0 0 0 0</pose><mass>", 1))
+    plant = MultibodyPlant(0.0)
+    with pytest.raises(InvalidInputError, match=r"objects\.o1\.model: the centre of mass .* origin"):
+        AddObjectModel(plant, TransportObject("o1", str(path), (0.0, 0.0), 1.0))
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0])
+def test_meshes_beside_the_file_are_found(tmp_path, heading):
+    (tmp_path / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    text = resolve("package://drake_ltl_models/agents/planar_arm.urdf").read_text()
+    visual = '<visual name="part"><geometry><mesh filename="part.obj"/></geometry></visual></robot>'
+    link = f'<link name="part">{visual[:-8]}</link><joint name="part" type="fixed"><parent link="base"/>'
+    path = tmp_path / "arm.urdf"
+    path.write_text(text.replace("</robot>", f'{link}<child link="part"/></joint></robot>'))
+    plant = MultibodyPlant(0.0)
+    scene_graph = SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    AddAgentModel(plant, Agent("a1", str(path), (0.0, 0.0), heading, 1.0))
+    names = [scene_graph.model_inspector().GetName(i) for i in scene_graph.model_inspector().GetAllGeometryIds()]
+    assert any(name.endswith("part") for name in names)
