@@ -25,6 +25,7 @@ class Clashes:
         self._deadline = deadline
         self._existence = Existence(problem)
         self._refutation = Refutation(problem)
+        self._begins: dict[frozenset[Reason], State | None] = {}
         self._plans: dict[frozenset[Reason], Plan] = {}  # that the planner found
 
     @property
@@ -43,7 +44,7 @@ class Clashes:
         if self._refutation.refutes(kept):
             return True
         try:
-            return self._existence.witness(kept) is None
+            return self._witness(kept) is None
         except SearchLimitError:
             return self._clash_by_planner(kept)
 
@@ -56,6 +57,12 @@ class Clashes:
         self._confirm(frozenset(reasons))
         found = {reason: self._plan_for(frozenset(reasons) - {reason}) for reason in reasons}
         return {reason: plan for reason, plan in found.items() if plan is not None}
+
+    def _witness(self, kept: frozenset[Reason]) -> State | None:
+        """A state from which there is a plan; None if there is none."""
+        if kept not in self._begins:
+            self._begins[kept] = self._existence.witness(kept)
+        return self._begins[kept]
 
     def _clash_by_planner(self, kept: frozenset[Reason]) -> bool | None:
         answers: list[bool | None] = []
@@ -88,7 +95,7 @@ class Clashes:
         if kept in self._plans or self.late:
             return self._plans.get(kept)
         try:
-            start = self._existence.witness(kept)
+            start = self._witness(kept)
             if start is None:
                 raise InfeasibleError("by enumeration")
             return self._plan(kept, start)

@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.automaton import Automaton, letters, tabulate, translate
+from drake_ltl.planning.automaton import letters, tabulate, translate
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
@@ -40,29 +40,46 @@ def feasible_starts(scenario: Scenario, system: TransitionSystem) -> NDArray[np.
     n = system.n_states
     if table.n_states * system.n_transitions > MOST_EDGES:
         raise SearchLimitError(f"{table.n_states} x {system.n_transitions} transitions are too many to enumerate")
-    sources, targets, marks = [], [], []
+    counts, targets, marks = [], [], []
     read = letter[system.sources]
     for q in range(table.n_states):
         edge, choice = np.nonzero(table.successors[q][read] >= 0)
-        sources.append(q * n + system.sources[edge])
-        targets.append(table.successors[q, read[edge], choice] * n + system.targets[edge])
+        counts.append(np.bincount(system.sources[edge], minlength=n))
+        targets.append(table.successors[q, read[edge], choice].astype(np.int32) * n + system.targets[edge])
         marks.append(table.marks[q, read[edge], choice])
-    winning = _winning(np.concatenate(sources), np.concatenate(targets), np.concatenate(marks), n, table)
+    rows = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
+    winning = _winning(rows, np.concatenate(targets).astype(np.int32), np.concatenate(marks), table.full)
     return winning[table.initial * n : (table.initial + 1) * n]
 
 
-def _winning(sources: NDArray, targets: NDArray, marks: NDArray, n_system: int, table: Automaton) -> NDArray:
-    """Which nodes reach a strongly connected set with all marks: a search backwards from all such sets at once."""
-    n_nodes = n_system * table.n_states
-    graph = csr_array((np.ones(len(sources)), (sources, targets)), shape=(n_nodes, n_nodes))
+def _winning(rows: NDArray, targets: NDArray, marks: NDArray, full: int) -> NDArray[np.bool_]:
+    """Which nodes reach a strongly connected set with all marks: a search backwards from all such sets at once.
+
+    Args:
+        rows: (n + 1,), the edges of node i are rows[i] .. rows[i + 1].
+        targets: (e,)
+        marks: (e,)
+        full: all marks.
+    """
+    n_nodes = len(rows) - 1
+    graph = csr_array((np.ones(len(targets)), targets, rows), shape=(n_nodes, n_nodes))
     n_components, component = connected_components(graph, connection="strong")
-    inside = component[sources] == component[targets]
+    of_source = np.repeat(component, np.diff(rows))
+    inside = of_source == component[targets]
     collected = np.zeros(n_components, dtype=np.int64)
-    np.bitwise_or.at(collected, component[sources[inside]], marks[inside])
-    goals = np.flatnonzero((collected == table.full)[component])
-    rows = np.concatenate([targets, np.full(len(goals), n_nodes)])
-    columns = np.concatenate([sources, goals])
-    backwards = csr_array((np.ones(len(rows)), (rows, columns)), shape=(n_nodes + 1, n_nodes + 1))
+    for mark in np.unique(marks).tolist():
+        collected[of_source[inside & (marks == mark)]] |= mark
+    goals = np.flatnonzero((collected == full)[component])
+    return _reaching(graph, goals)
+
+
+def _reaching(graph: csr_array, goals: NDArray) -> NDArray[np.bool_]:
+    """Which nodes reach any of some goals: those that one more node finds, with edges to all goals, backwards."""
+    n_nodes = graph.shape[0]
+    backwards = graph.T.tocsr()
+    rows = np.append(backwards.indptr, len(backwards.indices) + len(goals)).astype(np.int32)
+    columns = np.concatenate([backwards.indices, goals]).astype(np.int32)
+    extended = csr_array((np.ones(len(columns)), columns, rows), shape=(n_nodes + 1, n_nodes + 1))
     found = np.zeros(n_nodes + 1, dtype=bool)
-    found[breadth_first_order(backwards, n_nodes, return_predecessors=False)] = True
+    found[breadth_first_order(extended, n_nodes, return_predecessors=False)] = True
     return found[:n_nodes]
