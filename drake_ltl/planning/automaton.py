@@ -62,14 +62,23 @@ def letters(system: TransitionSystem, propositions: list[str]) -> tuple[NDArray,
         The L different letters, (L, P) booleans, and the letter of each state, (S,).
     """
     scenario = system.scenario
-    bodies = np.hstack([system.agent_regions, system.places])
     members = scenario.agent_names + scenario.object_names
-    truth = np.zeros((system.n_states, len(propositions)), dtype=bool)
-    for member, column in zip(members, bodies.T, strict=True):
+    codes, rows = np.zeros(system.n_states, dtype=np.int64), np.zeros((1, len(propositions)), dtype=bool)
+    for member, column in zip(members, (*system.agent_regions.T, *system.places.T), strict=True):
         shown = [labels(scenario, member, region) for region in scenario.region_names]
-        truth |= np.array([[p in s for p in propositions] for s in shown], dtype=bool)[column]
-    different, letter = np.unique(truth, axis=0, return_inverse=True)
-    return different, letter.reshape(-1)
+        truth, kind = np.unique([[p in s for p in propositions] for s in shown], axis=0, return_inverse=True)
+        if len(truth) > 1 or truth.any():
+            numbers = codes * len(truth) + kind.reshape(-1)[column]
+            there, codes = _renumbered(numbers, len(rows) * len(truth))
+            rows = rows[there // len(truth)] | truth[there % len(truth)]
+    return rows, codes
+
+
+def _renumbered(numbers: NDArray, size: int) -> tuple[NDArray, NDArray]:
+    """The different ones among numbers below a size, and for each its place among them."""
+    present = np.zeros(size, dtype=bool)
+    present[numbers] = True
+    return np.flatnonzero(present), (np.cumsum(present) - 1)[numbers]
 
 
 def tabulate(automaton: Any, propositions: list[str], different: NDArray) -> Automaton:

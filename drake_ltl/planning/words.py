@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.formulas import labels
@@ -39,9 +40,13 @@ def satisfies(formula: str, prefix: Sequence[Letter], cycle: Sequence[Letter]) -
     text = "; ".join([*(_literals(letter, names) for letter in prefix), ""])
     text += "cycle{" + "; ".join(_literals(letter, names) for letter in cycle) + "}"
     word = spot.parse_word(text).as_automaton()
-    accepted = word.intersects(parsed.translate())
-    rejected = word.intersects(spot.formula.Not(parsed).translate())
-    return bool(accepted and not rejected)
+    conjuncts = list(parsed) if parsed.kind() == spot.op_And else [parsed]  # small automata are soon translated
+    return all(_accepted(spot, word, conjunct) for conjunct in conjuncts)
+
+
+def _accepted(spot: Any, word: Any, formula: Any) -> bool:
+    """Whether the one word of an automaton satisfies a formula, and not its negation."""
+    return bool(word.intersects(formula.translate()) and not word.intersects(spot.formula.Not(formula).translate()))
 
 
 def _literals(letter: Letter, names: Sequence[str]) -> str:

@@ -8,8 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import networkx as nx
-
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.scenario.model import Agent, Region, Scenario, TransportObject
 
@@ -126,12 +124,18 @@ def _nearest(scenario: Scenario, centre: Vector3) -> Region:
 
 def _groups(options: Mapping[str, Sequence[_Candidate]]) -> Iterator[list[str]]:
     """Members that can touch each other, directly or through others: groups are independent choices."""
-    graph = nx.Graph()
+    touching = [
+        (first, second)
+        for first, second in itertools.combinations(options, 2)
+        if any(one.gap(other) <= 0 for one, other in itertools.product(options[first], options[second]))
+    ]
+    if not touching:
+        yield from ([name] for name in options)
+        return
+    import networkx as nx  # loading it takes longer than most plans
+
+    graph = nx.Graph(touching)
     graph.add_nodes_from(options)
-    for first, second in itertools.combinations(options, 2):
-        pairs = itertools.product(options[first], options[second])
-        if any(one.gap(other) <= 0 for one, other in pairs):
-            graph.add_edge(first, second)
     for group in nx.connected_components(graph):
         yield [name for name in options if name in group]
 
