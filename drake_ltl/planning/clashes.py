@@ -54,8 +54,8 @@ class Clashes:
         Raises:
             CertificateError: the planner contradicts what was found before.
         """
-        self._confirm(frozenset(reasons))
         found = {reason: self._plan_for(frozenset(reasons) - {reason}) for reason in reasons}
+        self._confirm(frozenset(reasons))
         return {reason: plan for reason, plan in found.items() if plan is not None}
 
     def _witness(self, kept: frozenset[Reason]) -> State | None:

@@ -264,12 +264,17 @@ def test_beyond_enumeration_starts_are_not_proven(make_scenario, monkeypatch):
     ],
 )
 def test_large_teams(make_scenario, agents, spec, reasons):
-    """Twelve agents, of whom any may carry; nobody plans, all is refuted by what members can do alone."""
+    """Twelve agents, of whom any may carry; nobody can plan, all is refuted by what members can do alone."""
+
+    def too_large(*arguments, **others):
+        raise SearchLimitError("too large")
+
     names = [f"a{i}" for i in range(1, 13)]
     scenario = make_scenario(dict.fromkeys(names, (1.0, agents)), {"o1": (1.0, "GF pi2")}, spec=spec)
     start = State(("pi1",) * 12, ("pi1",), (None,) * 12)
-    found = explain_infeasible(scenario, start, anything_fits)
+    found = explain_infeasible(scenario, start, anything_fits, find_plan=too_large)
     assert found.reasons == reasons
+    assert found.unsure == set(reasons)
 
 
 def test_a_planner_that_gives_up_leaves_the_rest_unverified(make_scenario):
