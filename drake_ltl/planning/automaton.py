@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,27 @@ class Automaton:
     def deterministic(self) -> bool:
         """Whether no letter leaves a choice."""
         return self.successors.shape[2] <= 1
+
+    def after(self, word: Iterable[int]) -> Automaton:
+        """The same when some letters have been read."""
+        states = {self.initial}
+        for letter in word:
+            states = {q for state in states for q in self.successors[state, letter].tolist()} - {-1}
+        if len(states) == 1:
+            return replace(self, initial=states.pop())
+        return self._with_choice(sorted(states))
+
+    def _with_choice(self, states: list[int]) -> Automaton:
+        """One more state, the initial one: it reads what any of some states reads."""
+        width = self.successors.shape[2]
+        more = max(1, width, len(states) * width)
+        room = ((0, 1), (0, 0), (0, more - width))
+        successors = np.pad(self.successors, room, constant_values=-1)
+        marks = np.pad(self.marks, room)
+        for table, old in ((successors, self.successors), (marks, self.marks)):
+            for i, state in enumerate(states):
+                table[-1, :, i * width : (i + 1) * width] = old[state]
+        return Automaton(self.n_states, successors, marks, self.full)
 
 
 def translate(formula: str) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 from drake_ltl.errors import CertificateError
@@ -25,6 +26,7 @@ def check(
     fits: Fits,
     can_carry: CanCarry | None = None,
     chi: Chi | None = None,
+    seen: Sequence[State] = (),
 ) -> None:
     """Check that a plan is what it says: a run of TS from `start` that satisfies the formula at the stated cost.
 
@@ -35,6 +37,7 @@ def check(
         fits: P_s.
         can_carry: Lambda; None takes the sum rule.
         chi: cost of a transition; None takes the scenario's.
+        seen: states that were passed before `start`; the word begins with theirs.
 
     Raises:
         CertificateError: names the first thing that does not hold.
@@ -50,8 +53,9 @@ def check(
             raise CertificateError(f"move {step + 1}, from {before} to {after}: {fault}")
     _check_costs(plan, chi)
     word = [letter_of(scenario, state) for state in plan.states]
+    before = [letter_of(scenario, state) for state in seen]
     formula = global_formula(scenario)
-    if not satisfies(formula, word[: plan.loop], word[plan.loop :]):
+    if not satisfies(formula, before + word[: plan.loop], word[plan.loop :]):
         raise CertificateError(f"the plan's word does not satisfy {formula}")
 
 
@@ -74,6 +78,7 @@ def _check_costs(plan: Plan, chi: Chi) -> None:
     ):
         if not abs(stated - found) <= tolerance:
             raise CertificateError(f"the {name} is said to cost {stated} and costs {found}")
+    tolerance *= max(plan.alpha, plan.beta)
     least = plan.cost if plan.status == "optimal" else 0.0
     if not least - tolerance <= plan.lower_bound <= plan.cost + tolerance:
         raise CertificateError(f"{plan.lower_bound} is no lower bound of a plan that is {plan.status}")

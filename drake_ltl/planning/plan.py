@@ -51,13 +51,17 @@ class Plan:
     suffix_cost: float
     lower_bound: float
     status: Literal["optimal", "feasible"]
+    alpha: float = 1.0
+    """Weight of the prefix's cost in J."""
+    beta: float = 1.0
+    """Weight of the suffix's cost in J."""
     counts: Mapping[str, int | None] = field(default_factory=dict, compare=False)
     seconds: Mapping[str, float] = field(default_factory=dict, compare=False)
 
     @property
     def cost(self) -> float:
-        """J = cost(prefix) + cost(suffix)."""
-        return self.prefix_cost + self.suffix_cost
+        """J = alpha cost(prefix) + beta cost(suffix)."""
+        return self.alpha * self.prefix_cost + self.beta * self.suffix_cost
 
     @property
     def states(self) -> tuple[State, ...]:

@@ -16,14 +16,16 @@ def plan_to_json(plan: Plan, scenario: Scenario) -> dict[str, Any]:
     """A plan in plain types.
 
     `steps[l]` are the actions that lead from state l to state l + 1 of prefix + suffix; the last ones lead back to
-    the first state of the suffix.
+    the first state of the suffix. The weights `alpha` and `beta` of the costs are written where they are not 1.
     """
+    weights = {"alpha": plan.alpha, "beta": plan.beta}
     return {
         "scenario": scenario.name,
         "status": plan.status,
         "prefix_cost": plan.prefix_cost,
         "suffix_cost": plan.suffix_cost,
         "cost": plan.cost,
+        **({} if plan.alpha == plan.beta == 1.0 else weights),
         "lower_bound": plan.lower_bound,
         "prefix": [state_to_json(state, scenario) for state in plan.prefix],
         "suffix": [state_to_json(state, scenario) for state in plan.suffix],
@@ -59,6 +61,8 @@ def plan_from_json(data: Mapping[str, Any], scenario: Scenario) -> Plan:
         suffix_cost=data["suffix_cost"],
         lower_bound=data["lower_bound"],
         status=data["status"],
+        alpha=data.get("alpha", 1.0),
+        beta=data.get("beta", 1.0),
         counts=dict(data["counts"]),
         seconds=dict(data["seconds"]),
     )

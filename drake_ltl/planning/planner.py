@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from drake_ltl.errors import InfeasibleError
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake
 from drake_ltl.planning.actions import actions_between
-from drake_ltl.planning.automaton import Automaton, buchi_size, letters, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, letters, tabulate, translate
 from drake_ltl.planning.certificate import check, state_fault
 from drake_ltl.planning.costs import Chi, path_cost, sum_of_ways
+from drake_ltl.planning.counts import Counts
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.power import CanCarry, sum_rule
 from drake_ltl.planning.search import Lasso, cheapest_lasso, has_lasso
 from drake_ltl.planning.transition_system import TransitionSystem, form
+from drake_ltl.planning.words import letter_of
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
 
@@ -29,8 +36,11 @@ def plan(
     chi: Chi | None = None,
     forbidden: frozenset[tuple[State, State]] = frozenset(),
     system: TransitionSystem | None = None,
+    alpha: float = 1.0,
+    beta: float = 1.0,
+    seen: Sequence[State] = (),
 ) -> Plan:
-    """The plan of least J = cost(prefix) + cost(suffix), of those one with the fewest moves and
+    """The plan of least J = alpha cost(prefix) + beta cost(suffix), of those one with the fewest moves and
     actions.
 
     Optimal among all lassos of TS (Def. 5) whose word satisfies the formula; `search` says how far that is proven
@@ -38,13 +48,17 @@ def plan(
 
     Args:
         scenario: the problem.
-        start: initial state.
+        start: state in which the run begins, the initial one or, mid-mission, any other.
         fits: P_s, asked once for each different content of a region.
         can_carry: Lambda; None takes the sum rule of the scenario's powers.
         chi: cost of a transition; None takes the scenario's `cost`.
         forbidden: transitions that the plan must not use, as pairs (before, after).
         system: TS, if `form` was called before with the same fits, can_carry and chi; saves time when planning
             again.
+        alpha: weight of the prefix's cost, at least 0.
+        beta: weight of the suffix's cost, at least 0.
+        seen: states that were passed before `start`, from the initial one: the formula speaks of the whole run,
+            J of what is still to come.
 
     Returns:
         A plan that passed `certificate.check`. `Plan.counts` are those of the paper: all of TS, the complete
@@ -53,8 +67,9 @@ def plan(
     Raises:
         InfeasibleError: no plan satisfies the formula; says which formula is to blame if one alone is.
         SearchLimitError: TS is too large to be enumerated.
-        InvalidInputError: `start` does not belong to the scenario, or chi returned no cost.
+        InvalidInputError: a state does not belong to the scenario, or chi, alpha or beta is no cost.
     """
+    _check_weights(alpha, beta)
     can_carry = can_carry or sum_rule(scenario)
     began = time.perf_counter()
     system = system or form(scenario, fits, can_carry, chi)
@@ -62,24 +77,17 @@ def plan(
     if first < 0:
         raise InfeasibleError(f"the initial state is impossible: {state_fault(scenario, start, fits)}")
     formed = time.perf_counter()
-    letter, automaton = _automaton(scenario, system)
-    states, edges = buchi_size(global_formula(scenario))
+    letter, automaton = _automaton(scenario, system, seen)
     translated = time.perf_counter()
-    lasso = cheapest_lasso(system.without(forbidden), letter, automaton, first)
+    lasso = cheapest_lasso(system.without(forbidden), letter, automaton, first, alpha, beta)
     if lasso is None:
-        raise InfeasibleError(_reason(scenario, system, first, forbidden))
-    found = _plan(scenario, system, lasso, chi or sum_of_ways(scenario))
-    check(found, scenario, start, fits, can_carry, chi)
+        raise InfeasibleError(_reason(scenario, system, first, forbidden, seen))
+    found = _plan(scenario, system, lasso, chi or sum_of_ways(scenario), alpha, beta)
+    check(found, scenario, start, fits, can_carry, chi, seen)
     searched = time.perf_counter()
     return replace(
         found,
-        counts={
-            "ts_states": system.n_states,
-            "ts_transitions": system.n_formed,
-            "automaton_states": states,
-            "automaton_edges": edges,
-            "product_states": system.n_states * states,
-        },
+        counts=Counts(system.n_states, system.n_formed, global_formula(scenario)),
         seconds={
             "transition_system": formed - began,
             "automaton": translated - formed,
@@ -89,15 +97,28 @@ def plan(
     )
 
 
-def _automaton(scenario: Scenario, system: TransitionSystem) -> tuple[object, Automaton]:
-    """The letter of each state and the automaton of the scenario's formula."""
+def _check_weights(alpha: float, beta: float) -> None:
+    for name, weight in (("alpha", alpha), ("beta", beta)):
+        if not 0.0 <= weight < math.inf:
+            raise InvalidInputError([Mistake(name, f"is {weight}", "a weight must be finite and at least zero")])
+
+
+def _automaton(scenario: Scenario, system: TransitionSystem, seen: Sequence[State] = ()) -> tuple[NDArray, Automaton]:
+    """The letter of each state, and the automaton of the scenario's formula after what was seen."""
     automaton = translate(global_formula(scenario))
     propositions = [ap.ap_name() for ap in automaton.ap()]
     different, letter = letters(system, propositions)
-    return letter, tabulate(automaton, propositions, different)
+    if not seen:
+        return letter, tabulate(automaton, propositions, different)
+    for state in seen:
+        system.index(state)  # complains of what is not in the scenario
+    shown = [letter_of(scenario, state) for state in seen]
+    word = np.array([[p in s for p in propositions] for s in shown], dtype=bool).reshape(len(seen), -1)
+    table = tabulate(automaton, propositions, np.concatenate([different, word]))
+    return letter, table.after(range(len(different), len(different) + len(seen)))
 
 
-def _plan(scenario: Scenario, system: TransitionSystem, lasso: Lasso, chi: Chi) -> Plan:
+def _plan(scenario: Scenario, system: TransitionSystem, lasso: Lasso, chi: Chi, alpha: float, beta: float) -> Plan:
     prefix = tuple(system.state(index) for index in lasso.prefix)
     suffix = tuple(system.state(index) for index in lasso.suffix)
     run = (*prefix, *suffix, suffix[0])
@@ -108,12 +129,16 @@ def _plan(scenario: Scenario, system: TransitionSystem, lasso: Lasso, chi: Chi) 
         moves=tuple(actions_between(scenario, *ends) for ends in pairwise(run)),
         prefix_cost=prefix_cost,
         suffix_cost=suffix_cost,
-        lower_bound=(prefix_cost + suffix_cost) * (1.0 - lasso.gap),
+        lower_bound=(alpha * prefix_cost + beta * suffix_cost) * (1.0 - lasso.gap),
         status="optimal" if lasso.optimal else "feasible",
+        alpha=alpha,
+        beta=beta,
     )
 
 
-def _reason(scenario: Scenario, system: TransitionSystem, first: int, forbidden: frozenset) -> str:
+def _reason(
+    scenario: Scenario, system: TransitionSystem, first: int, forbidden: frozenset, seen: Sequence[State]
+) -> str:
     """Why there is no plan: one formula alone if possible."""
     if translate(global_formula(scenario)).is_empty():
         whole = "no word at all satisfies the formulas together"
@@ -123,7 +148,7 @@ def _reason(scenario: Scenario, system: TransitionSystem, first: int, forbidden:
         formula = global_formula(alone)
         if translate(formula).is_empty():
             return f"no word at all satisfies {name}: {formula}"
-        letter, automaton = _automaton(alone, system)
+        letter, automaton = _automaton(alone, system, seen)
         if not has_lasso(system, letter, automaton, first):
             return f"no run from the initial state satisfies {name}, even without the others: {formula}"
     if forbidden:

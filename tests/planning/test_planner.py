@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from drake_ltl.errors import InfeasibleError
+from drake_ltl.errors import InfeasibleError, InvalidInputError
 from drake_ltl.planning import plan, planner, search
 from drake_ltl.planning.certificate import check, transition_fault
 from drake_ltl.planning.costs import sum_of_ways
@@ -66,7 +66,8 @@ def steps_of(actions):
 class Oracle:
     """All lassos of a small TS, made by Def. 5's clauses and judged by Spot alone."""
 
-    def __init__(self, scenario, start, fits, can_carry, chi):
+    def __init__(self, scenario, start, fits, can_carry, chi, weights=(1.0, 1.0), seen=()):
+        self.weights, self.seen = weights, seen
         spot = require_spot()
         formula = spot.formula(global_formula(scenario))
         self.wrong = spot.formula.Not(formula).translate()
@@ -94,25 +95,27 @@ class Oracle:
     def best(self, most_moves, worth=(float("inf"),)):
         """The least (cost, moves, actions) of lassos with a number of moves, below `worth`; else None."""
         best = None
-        stack = [((self.start,), (0.0, 0, 0))]
+        alpha, beta = self.weights
+        stack = [((self.start,), (0.0,), 0)]
         while stack:
-            run, so_far = stack.pop()
+            run, ways, efforts = stack.pop()
             for after in self.successors[run[-1]]:
-                price = (self.chi(run[-1], after), 1, self.effort(run[-1], after))
-                value = tuple(x + y for x, y in zip(so_far, price, strict=True))
-                if value >= worth:
+                onwards = (*ways, ways[-1] + self.chi(run[-1], after))
+                effort = efforts + self.effort(run[-1], after)
+                if min(alpha, beta) * onwards[-1] > worth[0]:
                     continue
                 for loop, state in enumerate(run):
-                    if state == after and self._holds(run, loop):
+                    cost = alpha * onwards[loop] + beta * (onwards[-1] - onwards[loop])
+                    value = cost, len(run), effort
+                    if state == after and value < worth and self._holds(run, loop):
                         best = worth = value
-                        break
-                if value[1] < most_moves:
-                    stack.append(((*run, after), value))
+                if len(run) < most_moves:
+                    stack.append(((*run, after), onwards, effort))
         return best
 
     def _holds(self, run, loop):
-        word = tuple(letter_of(self.scenario, state) & set(self.names) for state in run)
-        return self.satisfied(word[:loop], word[loop:])
+        word = tuple(letter_of(self.scenario, state) & set(self.names) for state in (*self.seen, *run))
+        return self.satisfied(word[: len(self.seen) + loop], word[len(self.seen) + loop :])
 
 
 def formulas(names):
@@ -129,11 +132,12 @@ def formulas(names):
     )
 
 
-def assert_nothing_is_better(scenario, start, fits, can_carry, chi, most_moves):
+def assert_nothing_is_better(scenario, start, fits, can_carry, chi, most_moves, weights=(1.0, 1.0), seen=()):
     """The plan is at least as good as every lasso of up to `most_moves` moves; it is certified itself."""
-    oracle = Oracle(scenario, start, fits, can_carry, chi)
+    oracle = Oracle(scenario, start, fits, can_carry, chi, weights, seen)
+    alpha, beta = weights
     try:
-        found = plan(scenario, start, fits, can_carry=can_carry, chi=chi)
+        found = plan(scenario, start, fits, can_carry=can_carry, chi=chi, alpha=alpha, beta=beta, seen=seen)
     except InfeasibleError:
         assert oracle.best(most_moves) is None
         return
@@ -210,6 +214,50 @@ def test_two_agents_against_all_lassos(make_scenario, first, second, spec, table
     scenario = make_scenario({"a1": (1.0, first), "a2": (1.0, second)}, {}, centres, spec)
     start = State(("r0", "r1"), (), (None, None))
     assert_nothing_is_better(scenario, start, anything_fits, sum_rule(scenario), ways(table), 5)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    spec=formulas(["r0", "r1", "r2"]),
+    table=tables,
+    weights=st.tuples(st.sampled_from([0.0, 1.0, 3.0]), st.sampled_from([0.0, 1.0, 2.5])),
+    seen=st.lists(st.sampled_from(["r0", "r1", "r2"]), max_size=3),
+)
+@example(spec="F r1 & GF r2", table=UNIT, weights=(0.0, 1.0), seen=[])  # what is settled once costs nothing
+@example(spec="F r1 & GF r2", table=UNIT, weights=(1.0, 0.0), seen=[])
+@example(spec="F r1 & X r2", table=UNIT, weights=(1.0, 1.0), seen=["r1", "r2"])  # all done before
+@example(spec="G(r1 -> X r2) & GF r0", table=UNIT, weights=(1.0, 1.0), seen=["r1"])  # too late
+@example(spec="FG r1 | X FG r2", table=UNIT, weights=(1.0, 1.0), seen=["r0", "r1"])  # a choice is still open
+def test_weights_and_what_was_seen_against_all_lassos(make_scenario, spec, table, weights, seen):
+    centres = {f"r{k}": (10.0 * k, 0.0, 0.0) for k in range(3)}
+    scenario = make_scenario({"a1": (1.0, spec)}, {}, centres)
+    start, *past = (State((region,), (), (None,)) for region in ("r0", *seen))
+    arguments = anything_fits, sum_rule(scenario), ways(table), 5
+    assert_nothing_is_better(scenario, start, *arguments, weights=weights, seen=past)
+
+
+def test_replanning_on_the_way_costs_what_is_left(case_ii):
+    """The rest of an optimal plan is optimal, wherever in its prefix one asks again."""
+    scenario, start = case_ii
+    found = plan(scenario, start, published_fits(scenario.fits))
+    chi, fits = sum_of_ways(scenario), published_fits(scenario.fits)
+    for step in range(found.loop + 1):
+        again = plan(scenario, found.states[step], fits, seen=found.states[:step])
+        passed = sum(chi(*ends) for ends in pairwise(found.states[: step + 1]))
+        assert again.cost == found.cost - passed
+
+
+@pytest.mark.parametrize("weights", [{"alpha": -1.0}, {"beta": float("nan")}, {"alpha": float("inf")}])
+def test_weights_that_are_none_are_refused(case_i, weights):
+    scenario, start = case_i
+    with pytest.raises(InvalidInputError, match="at least zero"):
+        plan(scenario, start, published_fits(scenario.fits), **weights)
+
+
+def test_what_was_seen_must_be_of_the_scenario(case_i):
+    scenario, start = case_i
+    with pytest.raises(InvalidInputError, match="pi9"):
+        plan(scenario, start, published_fits(scenario.fits), seen=[replace(start, agents=("pi9", "pi1"))])
 
 
 def test_a_loop_of_ts_may_settle_after_its_first_round(make_scenario):
