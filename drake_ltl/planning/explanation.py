@@ -55,8 +55,9 @@ class Explanation:
             ("for", self.remarks),
         )
         lines = [line for title, texts in paragraphs if texts for line in (title, *(f"  {text}" for text in texts))]
-        if self.verified:
-            lines.append(f"without {'any one of them' if several else 'it'} there is a plan")
+        if self.minimal:
+            found = ", found and checked" if self.verified else ""
+            lines.append(f"without {'any one of them' if several else 'it'} there is a plan{found}")
         return tuple(lines)
 
     def __str__(self) -> str:
@@ -77,6 +78,7 @@ def explain_infeasible(
     Reasons are the formulas, split at their conjunctions, and the facts: which teams can carry an object, what
     fits in a region, where a member starts. Facts are given up before formulas, so a clash of formulas alone is
     shown as one. Each reason left out makes at least the same runs possible; so what was needed once stays needed.
+    Where it cannot be found out whether there is a plan at all, the caller is believed that there is none.
 
     Args:
         scenario: the problem.
