@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import argparse
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+from rich.console import Console
+
+from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, write_json
-from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake, SearchLimitError
-from drake_ltl.planning import Plan, plan
-from drake_ltl.planning.fits import published_fits
+from drake_ltl.errors import InfeasibleError, SearchLimitError
+from drake_ltl.planning.fits import Fits, published_fits
 from drake_ltl.planning.geometric_fits import GeometricFits
 from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.initial import initial_state
+from drake_ltl.planning.methods import plan_by
+from drake_ltl.planning.plan import State
 from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
 from drake_ltl.planning.table import plan_table
 from drake_ltl.scenario import load
@@ -36,7 +41,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         "--method",
         choices=("auto", "explicit", "bounded"),
         default="auto",
-        help="explicit: enumerate the transition system; auto: choose (default)",
+        help="explicit: enumerate the transition system; bounded: lassos of growing length, for large teams; "
+        "auto: explicit unless too large (default)",
     )
     parser.add_argument("--time-limit", type=_seconds, metavar="S", help="give up after S seconds")
     parser.set_defaults(run=run)
@@ -45,27 +51,53 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Plans; 0 if there is a plan, 1 if there is none."""
     check_writable(args.json)
-    if args.method == "bounded":
-        raise InvalidInputError([Mistake("--method", "'bounded' is not there yet", "take auto or explicit")])
     scenario = load(args.file)
     geometry = planning_geometry(scenario)
+    start, fits = planning_problem(scenario, geometry)
     try:
-        with _time_limit(args.time_limit):
-            found = make_plan(scenario, geometry)
+        with _time_limit(None if args.method == "bounded" else args.time_limit), _standing() as report:
+            found, method = plan_by(args.method, scenario, start, fits, time_limit=args.time_limit, report=report)
     except InfeasibleError as error:
-        return _no_plan(args, scenario, "infeasible", f"infeasible: {error}")
+        complain(f"infeasible: {error}")
+        explain(scenario, start, fits)
+        return _no_plan(args, scenario, "infeasible")
     except (SearchLimitError, TimeoutError) as error:
-        return _no_plan(args, scenario, "unknown", f"no plan: {error}")
-    console().print(plan_table(found, scenario))
+        complain(f"no plan: {error}")
+        return _no_plan(args, scenario, "unknown")
+    out = console()
+    out.print(plan_table(found, scenario))
+    if args.method == "auto" and method == "bounded":
+        out.print("too large to enumerate: planned by the bounded method")
     write_json(args.json, plan_to_json(found, scenario))
     return SUCCESS
 
 
-def make_plan(scenario: Scenario, geometry: Geometry) -> Plan:
-    """The plan of least cost under the scenario's own P_s."""
+@contextmanager
+def _standing() -> Iterator[Callable[[Any], None] | None]:
+    """Shows incumbent, bound and gap of a long search on a terminal."""
+    screen = Console(stderr=True)
+    if not screen.is_terminal:
+        yield None
+        return
+    with screen.status("planning") as status:
+
+        def report(progress: Any) -> None:
+            cost = "none yet" if progress.cost is None else f"{progress.cost:g}"
+            gap = "" if progress.gap is None else f", gap {progress.gap:.1%}"
+            status.update(f"planning, {progress.seconds:.0f} s: best {cost}, bound {progress.lower_bound:g}{gap}")
+
+        yield report
+
+
+def planning_problem(scenario: Scenario, geometry: Geometry) -> tuple[State, Fits]:
+    """Initial state and P_s.
+
+    Raises:
+        InvalidInputError: a body starts outside every region, or touches another.
+    """
     start = initial_state(scenario, check_starts(scenario, geometry))
     fits = GeometricFits(scenario, geometry) if scenario.fits is None else published_fits(scenario.fits)
-    return plan(scenario, start, fits)
+    return start, fits
 
 
 def planning_geometry(scenario: Scenario) -> Geometry:
@@ -84,8 +116,7 @@ def planning_geometry(scenario: Scenario) -> Geometry:
     )
 
 
-def _no_plan(args: argparse.Namespace, scenario: Scenario, status: str, text: str) -> int:
-    complain(text)
+def _no_plan(args: argparse.Namespace, scenario: Scenario, status: str) -> int:
     write_json(args.json, no_plan_json(scenario, status))
     return FAILURE
 

@@ -9,7 +9,9 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, write_json
+from drake_ltl.cli.plan import planning_problem
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.scenario import load
 
@@ -53,6 +55,8 @@ def run(args: argparse.Namespace) -> int:
         planned = mission.plan_and_place(scenario, models)
     except (InfeasibleError, SearchLimitError) as error:
         complain(f"infeasible: {error}" if isinstance(error, InfeasibleError) else f"no plan: {error}")
+        if isinstance(error, InfeasibleError):
+            explain(scenario, *planning_problem(scenario, models.geometry))
         write_json(args.json, _no_run_json(str(error)))
         return FAILURE
     out.print(plan_table(planned.plan, scenario))

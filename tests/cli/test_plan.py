@@ -71,8 +71,11 @@ def test_what_cannot_be_is_infeasible(drake_ltl, changed, tmp_path):
     result = drake_ltl("plan", path, "--json", tmp_path / "plan.json")
     assert result.status == 1
     assert result.out == ""
-    (line,) = result.err.splitlines()
-    assert line.startswith("infeasible: ")
+    reason, *clash = result.err.splitlines()
+    assert reason.startswith("infeasible: ")
+    assert [line for line in clash if "o2: GF pi3" in line]
+    assert [line for line in clash if "o2: G !pi3" in line]
+    assert all(line.startswith("  ") for line in clash)
     data = read(tmp_path / "plan.json")
     assert data["status"] == "infeasible"
     assert {key for key in PLAN_KEYS if data[key] is None} == NO_PLAN
@@ -165,10 +168,10 @@ def test_starts_are_checked(drake_ltl, changed):
 
 
 def test_interruption(drake_ltl, shuttle_file, monkeypatch):
-    def interrupted(*args):
+    def interrupted(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plan, "make_plan", interrupted)
+    monkeypatch.setattr(plan, "plan_by", interrupted)
     result = drake_ltl("plan", shuttle_file)
     assert result.status == 130
     assert result.err == "interrupted\n"

@@ -107,8 +107,9 @@ def test_what_cannot_be_is_infeasible(drake_ltl, shuttle_file, tmp_path):
     shuttle_file.write_text(text, encoding="utf-8")
     result = drake_ltl("simulate", shuttle_file, "--json", tmp_path / "verdict.json")
     assert result.status == 1
-    (line,) = result.err.splitlines()
-    assert line.startswith("infeasible: ")
+    reason, *clash = result.err.splitlines()
+    assert reason.startswith("infeasible: ")
+    assert clash
     data = read(tmp_path / "verdict.json")
     assert data["satisfied"] is False
     assert len(data["violations"]) == 1
