@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, pairwise
 
 from ortools.sat.python import cp_model
 
@@ -42,8 +42,16 @@ class WeakTeam:
 class Lassos:
     """The model with its literals, each one a list over positions (or steps) first."""
 
-    def __init__(self, problem: Problem, horizon: int, capacity: PublishedFits | None):
-        self.problem, self.horizon = problem, horizon
+    def __init__(self, problem: Problem, horizon: int, capacity: PublishedFits | None, *, costs: bool = True):
+        """Form the model.
+
+        Args:
+            problem: the problem.
+            horizon: H.
+            capacity: counting rule to be obeyed; None if there is none.
+            costs: whether to look for the cheapest lasso; if not, any will do, which is much easier to find.
+        """
+        self.problem, self.horizon, self.costs = problem, horizon, costs
         self.model = cp_model.CpModel()
         self.true: Literal = self.model.new_constant(1)
         K, N, M = problem.n_regions, problem.n_agents, problem.n_objects
@@ -69,9 +77,9 @@ class Lassos:
         self._add_loop()
         if capacity is not None:
             self._add_capacity(capacity)
-        self._cost = self._add_costs()
-        self._weight = horizon + 1
-        self.model.minimize(self._cost * self._weight + sum(self.active))
+        self._cost = self._add_costs() if costs else 0
+        if costs:
+            self.model.minimize(self._cost * (horizon + 1) + sum(self.active))
 
     # ---- from solutions and back
 
@@ -81,9 +89,15 @@ class Lassos:
         states = tuple(self._state(value, t) for t in range(n))
         return states, next(t for t, enters in enumerate(self.enters) if value(enters))
 
-    def cost(self, objective: float) -> int:
-        """The cost, in the problem's units, of an objective value or of a bound on it."""
-        return -(-(round(objective) - self.horizon) // self._weight)
+    def cost(self, run: Run) -> int:
+        """The cost of a lasso, in the problem's units."""
+        states, loop = run
+        ways, region = self.problem.integer_ways(), self.problem.scenario.region_names.index
+        return sum(
+            ways[region(a)][region(b)]
+            for before, after in pairwise((*states, states[loop]))
+            for a, b in zip(before.agents + before.objects, after.agents + after.objects, strict=True)
+        )
 
     def limit(self, cost: int, *, better: bool) -> None:
         """Ask for a cost of at most this, or less than this."""

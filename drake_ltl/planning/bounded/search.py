@@ -20,6 +20,8 @@ from drake_ltl.scenario.model import PublishedFits
 FIRST_HORIZON = 6
 GROWTH = 1.5
 """Lengths are tried in this ratio until a lasso is found,"""
+MOST_GROWTH = 5
+"""but no longer than so many times the longest length that is known to have none; then from the beginning,"""
 STRETCHES = (1.0, 1.3, 1.7, 2.2, 3.0)
 """then these multiples of the best lasso's length, again and again with more patience."""
 PATIENCE = 0.08
@@ -52,8 +54,10 @@ class Search:
         """The best lasso found until it is proven, time is over, or no longer one seems to be better."""
         while self.best is None and self.standing.left > 0:
             self._search_horizon()
-            if self.best is None:
-                self.horizon = max(self.horizon + 1, int(self.horizon * GROWTH))
+            self.horizon = max(self.horizon + 1, int(self.horizon * GROWTH))
+            if self.horizon > MOST_GROWTH * max(FIRST_HORIZON, self.searched):
+                self.horizon, self.patience = self.searched + FIRST_HORIZON, 2.0 * self.patience
+        self.patience = 1.0
         while self.best is not None and not self._is_over():
             for stretch in STRETCHES:
                 self.horizon = max(int(len(self.best[0]) * stretch) + 1, self.searched + 1)
@@ -94,13 +98,13 @@ class Search:
             solver = self._solver()
             with _Callback(self, lassos, solver, self._seconds()) as callback:
                 status = solver.solve(lassos.model, callback)
-            if status in (cp_model.OPTIMAL, cp_model.INFEASIBLE) and not callback.refused:
+            if status == cp_model.INFEASIBLE or (status == cp_model.OPTIMAL and lassos.costs and not callback.refused):
                 self.searched = max(self.searched, self.horizon)
             if not callback.refused:
                 return
 
     def _lassos(self) -> Lassos:
-        lassos = Lassos(self.problem, self.horizon, self._capacity)
+        lassos = Lassos(self.problem, self.horizon, self._capacity, costs=self.best is not None)
         letters = Letters(lassos)
         for conjunct in self.conjuncts:
             Reader(lassos, conjunct, letters)
@@ -156,7 +160,7 @@ class _Callback(cp_model.CpSolverSolutionCallback):
             self.refused = True
             self.stop_search()
             return
-        if self._search.accept(run, self._lassos.cost(self.objective_value)):
+        if self._search.accept(run, self._lassos.cost(run)):
             self._wait()
         if self._search.standing.proven:
             self.stop_search()
