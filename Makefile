@@ -5,12 +5,13 @@ PYTHON ?= $(shell for p in python3.11 python3.12 python3.10 python3.13 python3; 
 BIN := .venv/bin
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: help install demo test fast lint clean
+.PHONY: help install demo test fast bench lint clean
 
 help:
 	@echo "make demo   plan, simulate and verify examples/case_ii.yaml; results under out/"
 	@echo "make test   all tests"
 	@echo "make fast   tests without whole missions"
+	@echo "make bench  measure planning; results in out/benchmark_planning.json"
 	@echo "make lint   ruff"
 	@echo "make clean  remove .venv and out"
 
@@ -34,6 +35,9 @@ test: install
 
 fast: install
 	$(BIN)/pytest -m "not mission"
+
+bench: install
+	$(BIN)/python benchmarks/planning.py
 
 lint: install
 	$(BIN)/ruff check .
