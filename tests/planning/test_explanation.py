@@ -385,6 +385,16 @@ def test_refutations_are_right(make_scenario, agents, obj, team, powers):
             assert existing.witness(kept) is None
 
 
+def test_regions_that_look_the_same_are_not_refuted(make_scenario):
+    """Nobody may carry it into pi3; but pi2 offers it the same."""
+    services = {"o1": {"pi2": ("dock",), "pi3": ("dock",)}}
+    scenario = make_scenario({"a1": (1.0, "G !pi3")}, {"o1": (1.0, "F dock")}, services=services)
+    start = State(("pi1",), ("pi1",), (None,))
+    problem = Problem(scenario, start, anything_fits, sum_rule(scenario))
+    assert has_plan(scenario, start, anything_fits)
+    assert not Refutation(problem).refutes(frozenset(problem.reasons))
+
+
 # Remarks
 
 
