@@ -16,7 +16,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from drake_ltl.planning.distances import distances, least
 from drake_ltl.planning.product import Graph
+
+FIRST_PRUNING = 4
+"""So many trees are grown before the graph is cut down for the first time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +55,8 @@ def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
     queue = [(0.0, next(ticket), np.arange(len(bounds)))]
     while queue and queue[0][0] < limit:
         members = heapq.heappop(queue)[2]
+        if tree.is_worn:
+            bounds[tree.prune(np.flatnonzero(bounds < limit), limit)] = np.inf
         members = members[bounds[members] < limit]
         if not len(members):
             continue
@@ -75,14 +81,49 @@ def _split(features: NDArray, members: NDArray, first: int, second: int) -> list
 
 
 class _Tree:
-    """Shortest-path trees of one problem: its graph with one more node, from which all paths begin."""
+    """Shortest-path trees of one problem: its graph with one more node, from which all paths begin.
+
+    Now and then the graph is cut down to what is still of use.
+    """
 
     def __init__(self, problem: LoopProblem):
-        self.problem = problem
-        graph, room = problem.graph, len(problem.roots)
-        self.targets = np.concatenate([graph.targets, np.zeros(room, np.int32)])
-        self.weights = np.concatenate([graph.weights, np.zeros(room)])
-        self.starts = np.append(graph.starts, graph.starts[-1]).astype(np.int32)
+        self._prices = problem.prices
+        self._nodes, self._age, self._prune_at = np.arange(problem.graph.n_nodes), 0, FIRST_PRUNING
+        self._set(problem.graph, problem.roots, problem.goals)
+
+    @property
+    def is_worn(self) -> bool:
+        """Whether enough trees have been grown for another pruning to pay."""
+        return self._age >= self._prune_at
+
+    def prune(self, members: NDArray, limit: float) -> NDArray[np.bool_]:
+        """Leave out what only loops of roots other than `members`, or of weight `limit` or more, use.
+
+        Returns:
+            (R,): the roots that are left out.
+        """
+        self._prune_at *= 8
+        graph, n = self._graph, self._graph.n_nodes
+        goals = np.full(n, np.inf)
+        goals[self._goals[members]] = 0.0
+        begun = distances(graph, least(n, self._roots[members], self._prices[members]), limit)[0]
+        left = distances(graph.reversed(), goals, limit)[0]
+        kept = np.flatnonzero(begun + left < limit)
+        number = np.full(n, len(kept), dtype=np.int32)  # all others become one node that nothing leads to
+        number[kept] = np.arange(len(kept))
+        edges = np.flatnonzero(begun[graph.sources] + graph.weights + left[graph.targets] < limit)
+        counts = np.bincount(number[graph.sources[edges]], minlength=len(kept) + 1)
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        self._nodes = np.append(self._nodes[kept], -1)
+        smaller = Graph(starts, number[graph.targets[edges]], graph.weights[edges])
+        self._set(smaller, number[self._roots], number[self._goals])
+        return self._roots == len(kept)
+
+    def _set(self, graph: Graph, roots: NDArray, goals: NDArray) -> None:
+        self._graph, self._roots, self._goals = graph, roots, goals
+        self._targets = np.concatenate([graph.targets, np.zeros(len(roots), np.int32)])
+        self._weights = np.concatenate([graph.weights, np.zeros(len(roots))])
+        self._starts = np.append(graph.starts, graph.starts[-1]).astype(np.int32)
 
     def grow(self, members: NDArray, limit: float) -> tuple[NDArray, Loop | None]:
         """Paths from the roots `members`.
@@ -91,23 +132,23 @@ class _Tree:
             For each member a lower bound of what its loop costs (inf at or above `limit`), and the best path:
             from some member's root to some member's goal.
         """
-        problem, edges = self.problem, len(self.problem.graph.targets)
-        self.targets[edges : edges + len(members)] = problem.roots[members]
-        self.weights[edges : edges + len(members)] = problem.prices[members] + 1.0  # no edge of weight zero
-        self.starts[-1] = edges + len(members)
-        n = problem.graph.n_nodes
+        self._age += 1
+        edges, n = len(self._graph.targets), self._graph.n_nodes
+        self._targets[edges : edges + len(members)] = self._roots[members]
+        self._weights[edges : edges + len(members)] = self._prices[members] + 1.0  # no edge of weight zero
+        self._starts[-1] = edges + len(members)
         matrix = csr_array(
-            (self.weights[: self.starts[-1]], self.targets[: self.starts[-1]], self.starts),
+            (self._weights[: self._starts[-1]], self._targets[: self._starts[-1]], self._starts),
             shape=(n + 1, n + 1),
         )
         distance, parent = dijkstra(matrix, indices=n, return_predecessors=True, limit=limit)
-        at_goals = distance[problem.goals[members]] - 1.0
+        at_goals = distance[self._goals[members]] - 1.0
         bounds = at_goals.min(axis=1)
         end = int(np.argmin(bounds))
         if not bounds[end] < limit:
             return np.full(len(members), np.inf), None
-        nodes = [int(problem.goals[members[end], np.argmin(at_goals[end])])]
+        nodes = [int(self._goals[members[end], np.argmin(at_goals[end])])]
         while parent[nodes[-1]] != n:
             nodes.append(int(parent[nodes[-1]]))
-        root = int(members[np.flatnonzero(problem.roots[members] == nodes[-1])[0]])
-        return bounds, Loop(root, tuple(reversed(nodes)), float(bounds[end]))
+        root = int(members[np.flatnonzero(self._roots[members] == nodes[-1])[0]])
+        return bounds, Loop(root, tuple(self._nodes[nodes[::-1]].tolist()), float(bounds[end]))
