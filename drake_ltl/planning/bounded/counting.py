@@ -23,12 +23,16 @@ The objective is the cost J itself: each way of each body is counted once, as an
 with an object, or as an object's way. An agent that meets its own obligation while carrying is thus counted once,
 and the approach to an object is counted as soon as balance and connection need it. So the minimum over all such
 numbers is at most the cost of any lasso; capacities, timing and formulas over several members are left out.
+
+The same holds for one member without the others. Their minima are cheap, and two sums of them are bounds too: each
+object's own minimum, as often as bodies go its way (itself and the smallest team), which counts no agent's free
+ways; and the own minima of all members, objects' ways counted without their teams.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from typing import Any
 
@@ -43,6 +47,8 @@ from drake_ltl.planning.bounded.standing import Standing
 _FIRST_SLICE = 1.0
 _LEAST_SLICE = 0.05
 """Times for the solver, which cannot go on where it was stopped [s]."""
+_TOLERANCE = 1e-6
+"""Of the solver, relative to the bound."""
 _PHASES = ("prefix", "suffix")
 Way = tuple[int, int]
 
@@ -50,40 +56,46 @@ Way = tuple[int, int]
 class Counting:
     """The relaxation as a mixed-integer program."""
 
-    def __init__(self, problem: Problem, members: Sequence[Alone | None], *, agents: bool = True):
+    def __init__(self, problem: Problem, members: Sequence[Alone | None], only: int | None = None):
         """Form the program.
 
         Args:
             problem: the problem.
             members: from `lone_members`.
-            agents: whether agents have ways of their own. If not, the program is small: each way of an object costs
-                as much again for each agent of the smallest team that can carry it.
+            only: index of a member, to form the program of this one without the others.
         """
         self._problem, self._model = problem, mathopt.Model()
-        self._costs = problem.integer_ways(below=True)
+        ways = problem.integer_ways(below=True)
+        self._scale = max((cost for row in ways for cost in row), default=0) or 1
+        self._costs = [[cost / self._scale for cost in row] for row in ways]
+        self._members = members
         self._objective: list[Any] = []
-        self._members, self._with_agents = members, agents
         self._carriers: dict[tuple[int, str, Way], list[tuple[int, Any, Any]]] = {}
-        objects = range(problem.n_agents, problem.n_agents + problem.n_objects)
-        self._objects = [self._add_object(member) for member in objects]
-        if agents:
-            for agent in range(problem.n_agents):
-                self._add_agent(agent)
-            self._add_teams()
+        self._objects: list[dict[tuple[str, Way], tuple[Any, Any]]] = []
+        if only is None:
+            self._add_everyone()
+        else:
+            self._add_alone(only)
         self._model.minimize(_sum(self._objective))
 
-    def bound(self, seconds: float) -> tuple[float, bool]:
-        """A lower bound on J, in the unit of the costs, and whether it is all that can be had from this program."""
+    def _add_everyone(self) -> None:
+        n = self._problem.n_agents
+        self._objects = [self._add_alone(n + j) for j in range(self._problem.n_objects)]
+        for agent in range(n):
+            self._add_agent(agent)
+        self._add_teams()
+
+    def bound(self, seconds: float) -> tuple[int, bool]:
+        """A lower bound in units of cost, and whether it is all that can be had from this program."""
         limit = timedelta(seconds=max(seconds, 0.01))
         parameters = mathopt.SolveParameters(time_limit=limit)
         result = mathopt.solve(self._model, mathopt.SolverType.HIGHS, params=parameters)
         done = result.termination.reason == mathopt.TerminationReason.OPTIMAL
-        dual = result.termination.objective_bounds.dual_bound
+        dual = result.termination.objective_bounds.dual_bound * self._scale
         if not math.isfinite(dual):
-            return 0.0, done
+            return 0, done
         # The cost of a lasso is a whole number of units; the solver's tolerance is relative.
-        units = max(0, math.ceil(dual - 1e-3 - 1e-6 * abs(dual)))
-        return float(units * self._problem.unit), done
+        return max(0, math.ceil(dual - 1e-3 - _TOLERANCE * abs(dual))), done
 
     # ---- the numbers
 
@@ -101,14 +113,18 @@ class Counting:
         regions, lone = range(self._problem.n_regions), self._members[member]
         return sorted(lone.ways) if lone is not None else [(a, b) for a in regions for b in regions if a != b]
 
-    def _add_object(self, member: int) -> dict[tuple[str, Way], tuple[Any, Any]]:
-        """How often an object goes, and whether, in each phase, each way."""
+    def _add_costs(self, counts: Mapping[tuple[str, Way], list[Any]]) -> None:
+        """What a member's ways cost."""
+        for (_, (a, b)), numbers in counts.items():
+            self._objective += [self._costs[a][b] * number for number in numbers]
+
+    def _add_alone(self, member: int) -> dict[tuple[str, Way], tuple[Any, Any]]:
+        """How often an object (or an agent without objects) goes, and whether, in each phase, each way."""
         counts = {(phase, way): self._number() for phase in _PHASES for way in self._possible(member)}
         whether = {key: self._bool() for key in counts}
-        bodies = 1 if self._with_agents else 1 + _least_team(self._problem, member - self._problem.n_agents)
         for key, number in counts.items():
             self._add(whether[key] <= number)
-            self._objective.append(bodies * self._costs[key[1][0]][key[1][1]] * number)
+        self._add_costs({key: [number] for key, number in counts.items()})
         end = self._add_balance(member, {key: [number] for key, number in counts.items()})
         path = {way: self._number() for way in self._possible(member)}
         self._add_path(path, {self._problem.starts[member]: 1}, dict(enumerate(end)))
@@ -124,8 +140,7 @@ class Counting:
             for way in self._possible(agent):
                 carrying = [self._carry(agent, j, phase, way) for j in range(self._problem.n_objects)]
                 counts[phase, way] = [self._number(), *(y for y in carrying if y is not None)]
-        for (_, (a, b)), numbers in counts.items():
-            self._objective += [self._costs[a][b] * number for number in numbers]
+        self._add_costs(counts)
         end = self._add_balance(agent, counts)
         self._add_own_formula(agent, counts, end, {})
         self._add_approach(agent, counts)
@@ -145,7 +160,7 @@ class Counting:
     def _add_teams(self) -> None:
         """Those who carry are strong enough: each time, and at all."""
         for j, ways in enumerate(self._objects):
-            least = _least_team(self._problem, j)
+            least = least_team(self._problem, j)
             for key, (times, whether) in ways.items():
                 team = self._carriers.get((j, *key), [])
                 for needed, those in ((times, [y for _, y, _ in team]), (whether, [t for _, _, t in team])):
@@ -269,14 +284,25 @@ class Counting:
 
 def raise_bound(problem: Problem, members: Sequence[Alone | None], standing: Standing) -> None:
     """Raise the lower bound until nothing better can be proven, or time is over."""
-    for agents in (False, True):
-        program, seconds = Counting(problem, members, agents=agents), _FIRST_SLICE
-        while not standing.stopped and not standing.proven and standing.left > _LEAST_SLICE:
+
+    def bounds(program: Counting) -> Iterator[int]:
+        seconds, done = _FIRST_SLICE, False
+        while not done and not standing.stopped and not standing.proven and standing.left > _LEAST_SLICE:
             bound, done = program.bound(min(seconds, standing.left))
-            standing.raise_bound(bound)
-            if done:
-                break
+            yield bound
             seconds *= 4.0
+
+    def told(units: int) -> int:
+        standing.raise_bound(float(units * problem.unit))
+        return units
+
+    least = {m: max(bounds(Counting(problem, members, m)), default=0) for m in range(len(problem.members))}
+    n = problem.n_agents
+    told(sum((1 + least_team(problem, j)) * least[n + j] for j in range(problem.n_objects)))
+    told(sum(least[i] for i in range(n)) + sum(least[n + j] for j in range(problem.n_objects)))
+    if not standing.stopped and not standing.proven:
+        for units in bounds(Counting(problem, members)):
+            told(units)
 
 
 def lone_members(problem: Problem) -> list[Alone | None]:
@@ -311,7 +337,7 @@ def _can_go(problem: Problem, obj: int, way: Way, agents: list[Alone | None]) ->
     return not problem.sum_rule or problem.carries(obj, able)
 
 
-def _least_team(problem: Problem, obj: int) -> int:
+def least_team(problem: Problem, obj: int) -> int:
     """The least number of agents that can carry an object."""
     if problem.strong_teams is not None:
         return min((len(team) for team in problem.strong_teams[obj]), default=1)

@@ -118,6 +118,36 @@ class Lassos:
             for j, carried in enumerate(self.carried[t]):
                 self.model.add_hint(carried, frozen[t].objects[j] != frozen[t + 1].objects[j])
 
+    def around(self, run: Run, members: set[int], window: range) -> cp_model.CpModel:
+        """The model with all but some members fixed to a lasso outside a window of time, and its loop fixed.
+
+        Args:
+            run: as long as the horizon.
+            members: who is not fixed at all.
+            window: positions at which nobody is fixed.
+        """
+        model = self.model.clone()
+
+        def fix(literal: Literal, value: bool) -> None:
+            model.add(model.get_bool_var_from_proto_index(literal.index) == int(value))
+
+        states, loop = run
+        names, objects = self.problem.scenario.region_names, self.problem.scenario.object_names
+        for t in range(self.horizon):
+            fix(self.active[t], True)
+            fix(self.enters[t], t == loop)
+        for t, state in enumerate((*states, states[loop])):
+            if t in window:
+                continue
+            for m, region in enumerate(state.agents + state.objects):
+                if m not in members:
+                    fix(self.at[t][m][names.index(region)], True)
+            for i, grasp in enumerate(state.grasps):
+                if i not in members:
+                    for j, name in enumerate(objects):
+                        fix(self.grasps[t][i][j], grasp == name)
+        return model
+
     def _hint_state(self, t: int, state: State) -> None:
         names, objects = self.problem.scenario.region_names, self.problem.scenario.object_names
         for m, region in enumerate(state.agents + state.objects):

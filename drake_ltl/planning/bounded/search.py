@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import threading
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +11,7 @@ from ortools.sat.python import cp_model
 
 from drake_ltl.planning.bounded.conjuncts import Conjunct
 from drake_ltl.planning.bounded.lassos import Lassos, Run
+from drake_ltl.planning.bounded.polish import neighbourhood, shortened, stretched
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.reading import Letters, Reader
 from drake_ltl.planning.bounded.refusals import Refusals, counting_rule
@@ -26,6 +28,8 @@ STRETCHES = (1.0, 1.3, 1.7, 2.2, 3.0)
 """then these multiples of the best lasso's length, again and again with more patience."""
 PATIENCE = 0.08
 """A length is given up when nothing better was found for this share of the time limit, and at least a second."""
+MISSES = 10
+"""Parts of a lasso are improved until this many in a row cannot be."""
 MARGIN = 4
 """The search ends when twice the best lasso's steps, and so many more, are searched to the end."""
 
@@ -62,11 +66,13 @@ class Search:
             for stretch in STRETCHES:
                 self.horizon = max(int(len(self.best[0]) * stretch) + 1, self.searched + 1)
                 self._search_horizon()
+                if not self._is_over() and self.searched < self.horizon:
+                    self._polish(self.best)
                 if self._is_over():
                     break
             self.patience *= 2.0
             self.seed += 1
-        return self.best
+        return self.best and shortened(self.problem, self.best)
 
     def _is_over(self) -> bool:
         enough = self.best is not None and self.searched >= 2 * len(self.best[0]) + MARGIN
@@ -88,12 +94,7 @@ class Search:
     def _search_horizon(self) -> None:
         """Search lassos of up to `horizon` steps, with ever more cuts, until all are searched or patience ends."""
         lassos = self._lassos()
-        n_cuts = n_weak = 0
         while self.standing.left > 0:
-            for cut in self.refusals.cuts[n_cuts:]:
-                lassos.forbid(cut)
-            for weak in self.refusals.weak[n_weak:]:
-                lassos.forbid_team(weak)
             n_cuts, n_weak = len(self.refusals.cuts), len(self.refusals.weak)
             solver = self._solver()
             with _Callback(self, lassos, solver, self._seconds()) as callback:
@@ -102,6 +103,32 @@ class Search:
                 self.searched = max(self.searched, self.horizon)
             if not callback.refused:
                 return
+            self._forbid(lassos, n_cuts, n_weak)
+
+    def _forbid(self, lassos: Lassos, n_cuts: int = 0, n_weak: int = 0) -> None:
+        for cut in self.refusals.cuts[n_cuts:]:
+            lassos.forbid(cut)
+        for weak in self.refusals.weak[n_weak:]:
+            lassos.forbid_team(weak)
+
+    def _polish(self, best: Run) -> None:
+        """Improve parts of a lasso that has time to spare, until several in a row are as good as they get."""
+        run = stretched(best, self.horizon)
+        self.horizon = len(run[0])
+        lassos, chance, misses = self._lassos(), random.Random(self.seed), 0
+        while misses < MISSES and not self._is_over():
+            lassos.limit(self.best_cost, better=True)
+            model = lassos.around(run, *neighbourhood(self.problem, run, chance))
+            solver = self._solver()
+            with _Callback(self, lassos, solver, self._seconds()) as callback:
+                status = solver.solve(model, callback)
+            if callback.refused:
+                lassos = self._lassos()
+            misses += 1
+            if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) and not callback.refused and self.best:
+                run, misses = self.best, 0
+        if self.best:
+            self.best = shortened(self.problem, self.best)
 
     def _lassos(self) -> Lassos:
         lassos = Lassos(self.problem, self.horizon, self._capacity, costs=self.best is not None)
@@ -110,6 +137,7 @@ class Search:
             Reader(lassos, conjunct, letters)
         for before, after in self.forbidden:
             lassos.forbid_transition(before, after)
+        self._forbid(lassos)
         if self.best is not None:
             # If the best is the best of its length, nothing is gained by finding it again.
             settled = self.searched >= len(self.best[0])

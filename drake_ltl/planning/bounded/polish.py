@@ -1,0 +1,65 @@
+"""Improves a lasso piece by piece: most of it is fixed, and what is left is solved to the end.
+
+A lasso is stretched first: its states are repeated, so that whoever is not fixed has time for detours, which are
+cheaper where costs are squared distances. In the end, what waits in vain is taken out again.
+"""
+
+from __future__ import annotations
+
+import random
+
+from drake_ltl.planning.bounded.lassos import Run
+from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.words import letter_of, satisfies
+from drake_ltl.scenario.formulas import global_formula
+
+OBJECTS, AGENTS = 2, 4
+"""So many objects with their teams, or other agents, are not fixed."""
+
+
+def stretched(run: Run, length: int) -> Run:
+    """A lasso of the given length, some states repeated; the same one if it is longer already."""
+    states, loop = run
+    if len(states) >= length:
+        return run
+    extra, n = length - len(states), len(states)
+    times = [1 + (extra * (t + 1)) // n - (extra * t) // n for t in range(n)]
+    longer = tuple(state for state, count in zip(states, times, strict=True) for _ in range(count))
+    return longer, sum(times[:loop])
+
+
+def shortened(problem: Problem, run: Run) -> Run:
+    """A lasso without those repeated states that the formula does not need."""
+    states, loop = run
+    formula, t = global_formula(problem.scenario), 1
+    while t < len(states):
+        less = states[:t] + states[t + 1 :]
+        entry = loop - (t < loop)
+        if states[t] == states[t - 1] and t != loop and _holds(problem, formula, (less, entry)):
+            states, loop = less, entry
+        else:
+            t += 1
+    return states, loop
+
+
+def neighbourhood(problem: Problem, run: Run, chance: random.Random) -> tuple[set[int], range]:
+    """Who and when is not fixed next: some objects with their teams and a few others, or a window of time."""
+    states, _ = run
+    n, everyone = problem.n_agents, problem.n_agents + problem.n_objects
+    if chance.random() < 0.3:
+        width = max(3, len(states) // 4)
+        first = chance.randrange(1, max(2, len(states) - width + 2))
+        return set(), range(first, first + width)
+    if everyone <= OBJECTS + AGENTS:
+        return set(range(everyone)), range(0)
+    objects = chance.sample(range(problem.n_objects), min(problem.n_objects, chance.randint(1, OBJECTS)))
+    names = {problem.scenario.object_names[j] for j in objects}
+    team = {i for state in states for i, grasp in enumerate(state.grasps) if grasp in names}
+    others = chance.sample(range(n), min(n, AGENTS if not objects else AGENTS - len(objects)))
+    return {n + j for j in objects} | team | set(others), range(0)
+
+
+def _holds(problem: Problem, formula: str, run: Run) -> bool:
+    states, loop = run
+    word = [letter_of(problem.scenario, state) for state in states]
+    return satisfies(formula, word[:loop], word[loop:])
