@@ -55,8 +55,6 @@ def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
     queue = [(0.0, next(ticket), np.arange(len(bounds)))]
     while queue and queue[0][0] < limit:
         members = heapq.heappop(queue)[2]
-        if tree.is_worn:
-            bounds[tree.prune(np.flatnonzero(bounds < limit), limit)] = np.inf
         members = members[bounds[members] < limit]
         if not len(members):
             continue
@@ -68,6 +66,10 @@ def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
         if loop.root == end:
             best, limit = loop, loop.weight
             continue
+        if tree.is_worn:  # a loop that closes bounds all further work
+            _, closed = tree.grow(np.array([end]), limit)
+            best, limit = (best, limit) if closed is None else (closed, closed.weight)
+            bounds[tree.prune(np.flatnonzero(bounds < limit), limit)] = np.inf
         for part in _split(problem.features, members[bounds[members] < limit], loop.root, end):
             heapq.heappush(queue, (bounds[part].min(), next(ticket), part))
     return best

@@ -185,8 +185,9 @@ class _Search:
         return _Closed(layers.nodes[list(loop.nodes)].tolist(), loop.weight, loop.weight)
 
     def _features(self, nodes: NDArray) -> NDArray[np.int64]:
+        """Objects first: to bring one back takes a team, so loops that begin elsewhere differ most in cost."""
         states, system = nodes % self.system.n_states, self.system
-        return np.column_stack([system.options[states], system.places[states], nodes // system.n_states])
+        return np.column_stack([system.places[states], system.options[states], nodes // system.n_states])
 
     def _states(self, closed: _Closed) -> list[int]:
         """The loop's states of TS, the first one at its end again."""
