@@ -17,6 +17,7 @@ from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.mission_planner import plan_mission
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import check_starts
+from drake_ltl.systems.preflight import check_fields
 from drake_ltl.visualization.meshcat_scene import MakeMeshcat
 from drake_ltl.visualization.recorded_page import StartPage, WritePage, captions_of, legend_of
 
@@ -62,10 +63,14 @@ def simulate(
         page: write a page here that replays the run.
         graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
         report: told of the progress once per simulated second.
+
+    Raises:
+        InvalidInputError: the controller's settings do not suit the mission.
     """
     steps = num_steps(mission, suffix_rounds)
     meshcat = MakeMeshcat() if live or page is not None else None
     diagram = MakeMissionDiagram(mission, scenario, models, num_steps=steps, meshcat=meshcat)
+    check_fields(diagram.program, scenario, models)
     if graphviz is not None:
         write_graphviz(diagram.diagram, graphviz)
     if live:
