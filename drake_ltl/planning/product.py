@@ -67,12 +67,16 @@ def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automa
         weights: (E,), weight of each of its transitions.
         automaton: reads letters.
         start: state of the system in which the run begins; the automaton reads its letter first.
+
+    Returns:
+        Nodes whose state of the automaton is not entered by their letter have no edges: no run reaches them.
     """
     n_system, n_automaton = system.n_states, automaton.n_states
-    read = letter[system.targets]
+    shown, read = letter[system.sources], letter[system.targets]
+    entered = _entered(automaton)
     counts, targets, marks, weight = [], [], [], []
     for q in range(n_automaton):
-        successor = automaton.successors[q][read]
+        successor = np.where(entered[q][shown][:, None], automaton.successors[q][read], -1)
         edge, alternative = np.nonzero(successor >= 0)
         counts.append(np.bincount(system.sources[edge], minlength=n_system))
         targets.append(successor[edge, alternative] * n_system + system.targets[edge])
@@ -83,6 +87,16 @@ def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automa
     first = automaton.successors[automaton.initial, letter[start]]
     initial = np.unique(first[first >= 0]) * n_system + start
     return Product(graph, np.concatenate(marks), initial, n_system, parallel=not automaton.deterministic)
+
+
+def _entered(automaton: Automaton) -> NDArray[np.bool_]:
+    """(Q, L): which letters lead into which states; any may be shown in the initial one, where runs begin."""
+    entered = np.zeros(automaton.successors.shape[:2], dtype=bool)
+    _, letter, _ = np.indices(automaton.successors.shape)
+    there = automaton.successors >= 0
+    entered[automaton.successors[there], letter[there]] = True
+    entered[automaton.initial] = True
+    return entered
 
 
 @dataclass(frozen=True, eq=False)
