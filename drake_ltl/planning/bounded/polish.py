@@ -13,7 +13,7 @@ from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.words import letter_of, satisfies
 from drake_ltl.scenario.formulas import global_formula
 
-OBJECTS, AGENTS = 2, 4
+OBJECTS, AGENTS = 2, 3
 """So many objects with their teams, or other agents, are not fixed."""
 
 
@@ -30,16 +30,23 @@ def stretched(run: Run, length: int) -> Run:
 
 def shortened(problem: Problem, run: Run) -> Run:
     """A lasso without those repeated states that the formula does not need."""
-    states, loop = run
     formula, t = global_formula(problem.scenario), 1
-    while t < len(states):
-        less = states[:t] + states[t + 1 :]
-        entry = loop - (t < loop)
-        if states[t] == states[t - 1] and t != loop and _holds(problem, formula, (less, entry)):
-            states, loop = less, entry
+    while t <= len(run[0]):
+        less = _without(run, t)
+        if less is not None and _holds(problem, formula, less):
+            run = less
         else:
             t += 1
-    return states, loop
+    return run
+
+
+def _without(run: Run, t: int) -> Run | None:
+    """The lasso without state t, if that is the same as the one before; t = T stands for the suffix's first."""
+    states, loop = run
+    if t == len(states):
+        repeats = len(states) - loop > 1 and states[-1] == states[loop]
+        return (states[:-1], loop) if repeats else None
+    return (states[:t] + states[t + 1 :], loop - (t <= loop)) if states[t] == states[t - 1] else None
 
 
 def neighbourhood(problem: Problem, run: Run, chance: random.Random) -> tuple[set[int], range]:

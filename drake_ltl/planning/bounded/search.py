@@ -24,10 +24,12 @@ GROWTH = 1.5
 """Lengths are tried in this ratio until a lasso is found,"""
 MOST_GROWTH = 5
 """but no longer than so many times the longest length that is known to have none; then from the beginning,"""
-STRETCHES = (1.0, 1.3, 1.7, 2.2, 3.0)
+STRETCHES = (1.3, 1.7, 2.2, 3.0)
 """then these multiples of the best lasso's length, again and again with more patience."""
-PATIENCE = 0.08
+PATIENCE = 0.05
 """A length is given up when nothing better was found for this share of the time limit, and at least a second."""
+SLACK = 0.7
+"""So much longer is a lasso made before its parts are improved."""
 MISSES = 10
 """Parts of a lasso are improved until this many in a row cannot be."""
 MARGIN = 4
@@ -113,7 +115,7 @@ class Search:
 
     def _polish(self, best: Run) -> None:
         """Improve parts of a lasso that has time to spare, until several in a row are as good as they get."""
-        run = stretched(best, self.horizon)
+        run = stretched(best, int(len(best[0]) * (1.0 + SLACK)) + 1)
         self.horizon = len(run[0])
         lassos, chance, misses = self._lassos(), random.Random(self.seed), 0
         while misses < MISSES and not self._is_over():
