@@ -121,13 +121,14 @@ class Marks:
             None if there are more than `most_edges` edges.
         """
         part, graph, n = self.part, self.part.graph, self.part.n_nodes
-        sources = graph.sources
-        useful = np.flatnonzero(self.begun[sources] + graph.weights < limit)
+        so_far, to_come = _of_sets(self.passed, self.begun), _of_sets(self.ahead, np.zeros(n))
+        alive = so_far + to_come[::-1] < limit
+        somewhere, sources = alive.any(axis=0), graph.sources
+        useful = somewhere[sources] & somewhere[graph.targets]
+        useful = np.flatnonzero(useful & (self.begun[sources] + graph.weights < limit))
         sources, targets = sources[useful], graph.targets[useful]
         weights, marks = graph.weights[useful], part.marks[useful]
-        so_far, to_come = _of_sets(self.passed, self.begun), _of_sets(self.ahead, np.zeros(n))
         number = np.full((self.full + 1, n), -1, dtype=np.int32)
-        alive = so_far + to_come[::-1] < limit
         number[alive] = np.arange(np.count_nonzero(alive))
         pieces, n_edges = [], 0
         for collected in range(self.full + 1):

@@ -73,17 +73,20 @@ def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automa
     """
     n_system, n_automaton = system.n_states, automaton.n_states
     shown, read = letter[system.sources], letter[system.targets]
-    entered = _entered(automaton)
+    entered, goes_on = _entered(automaton), (automaton.successors >= 0).any(axis=2)
+    successors = automaton.successors.astype(np.int32)
     counts, targets, marks, weight = [], [], [], []
     for q in range(n_automaton):
-        successor = np.where(entered[q][shown][:, None], automaton.successors[q][read], -1)
-        edge, alternative = np.nonzero(successor >= 0)
+        edge = np.flatnonzero(entered[q][shown] & goes_on[q][read])
+        successor = successors[q][read[edge]]
+        row, alternative = np.nonzero(successor >= 0)
+        edge = edge[row]
         counts.append(np.bincount(system.sources[edge], minlength=n_system))
-        targets.append(successor[edge, alternative] * n_system + system.targets[edge])
+        targets.append(successor[row, alternative] * np.int32(n_system) + system.targets[edge])
         marks.append(automaton.marks[q, read[edge], alternative])
         weight.append(weights[edge])
     starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
-    graph = Graph(starts, np.concatenate(targets).astype(np.int32), np.concatenate(weight))
+    graph = Graph(starts, np.concatenate(targets), np.concatenate(weight))
     first = automaton.successors[automaton.initial, letter[start]]
     initial = np.unique(first[first >= 0]) * n_system + start
     return Product(graph, np.concatenate(marks), initial, n_system, parallel=not automaton.deterministic)

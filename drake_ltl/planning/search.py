@@ -121,7 +121,7 @@ def _readable(system: TransitionSystem, letter: NDArray, automaton: Automaton) -
 
 
 def _check_size(system: TransitionSystem, automaton: Automaton) -> None:
-    if system.n_transitions * automaton.n_states > MOST_EDGES:
+    if max(system.n_transitions, system.n_states) * automaton.n_states > MOST_EDGES:
         size = f"{system.n_transitions} transitions x {automaton.n_states} states"
         raise SearchLimitError(f"the product of TS and the automaton is too large: {size}")
 
@@ -237,7 +237,7 @@ class _Search:
         starts = np.searchsorted(system.sources, np.arange(system.n_states + 1)).astype(np.int32)
         begun = distances(Graph(starts, system.targets, self.weights), prices, weight)[0]
         kept = begun[system.sources] + self.weights < weight
-        if reader.n_states * int(kept.sum()) > MOST_EDGES:
+        if reader.n_states * max(int(kept.sum()), system.n_states) > MOST_EDGES:
             return None
         graph = multiply(system.keep(kept), self.letter, self.weights[kept], reader, 0).graph
         states = np.flatnonzero(prices < weight)

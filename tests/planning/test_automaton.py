@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.planning.automaton import Automaton, buchi_size, letters, never_counts, tabulate, translate
@@ -63,6 +63,33 @@ def test_the_profiles_of_all_words_are_an_automaton(formula, cycle):
         state = profiles.automaton.successors[state, letter, 0] if state >= 0 else -1
     accepted = frozenset(np.flatnonzero(profiles.accepted[state]).tolist()) if state >= 0 else frozenset()
     assert accepted == accepted_from(profile_of(automaton, cycle), automaton.full)
+
+
+@settings(deadline=None, max_examples=60)
+@given(formula=FORMULAS, cycle=WORDS.filter(len))
+@example(formula="F p & G(q -> X !q) & G(!q -> X q)", cycle=[2])
+def test_what_closes_later_is_read_by_a_smaller_automaton(formula, cycle):
+    automaton = table_of(formula)
+    profiles = all_profiles(automaton, np.arange(4), most=2000)
+    profile = profile_of(automaton, cycle)
+    for q in range(automaton.n_states):
+        expected = q in accepted_from(profile, automaton.full) and (q, q, automaton.full) not in profile
+        later = profiles.closed_later(q)
+        if later is None:
+            assert not expected
+            continue
+        reader, final = later
+        assert reader.n_states <= profiles.automaton.n_states
+        reached = states_after(reader, cycle)
+        assert expected == any(final[state] for state in reached)
+
+
+@settings(deadline=None, max_examples=100)
+@given(formula=FORMULAS, seen=WORDS, cycle=WORDS.filter(len))
+@example(formula="FG p | FG q", seen=[2, 1], cycle=[1])
+def test_an_automaton_after_a_word_goes_on_from_there(formula, seen, cycle):
+    later = table_of(formula).after(seen)
+    assert accepts(later, [], cycle) == satisfies(formula, as_letters(seen), as_letters(cycle))
 
 
 def test_too_many_profiles_are_given_up():
