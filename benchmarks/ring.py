@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
+import json
 import math
 import random
 
+from drake_ltl.planning.bounded import Progress, plan_bounded
+from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.model import Agent, PublishedFits, Region, Scenario, TransportObject
 
@@ -62,3 +66,32 @@ def _duty(chance: random.Random, i: int, names: list[str], at: str) -> str:
         return "1"
     region = chance.choice([name for name in names if name != at])
     return chance.choice([f"GF {region}", f"G !{region}"])
+
+
+def measure(n_agents: int, n_objects: int, n_regions: int, seed: int, seconds: float) -> dict[str, object]:
+    """Plan one problem within a time; every plan is checked by its certificate."""
+    scenario, start = ring(n_agents, n_objects, n_regions, seed)
+    history: list[Progress] = []
+    fits = published_fits(CAPACITY)
+    plan = plan_bounded(scenario, start, fits, time_limit=seconds, report=history.append)
+    return {
+        "problem": scenario.name,
+        "cost": plan.cost,
+        "lower_bound": plan.lower_bound,
+        "gap": history[-1].gap,
+        "status": plan.status,
+        "moves": len(plan.moves),
+        "first_plan_seconds": next(p.seconds for p in history if p.cost is not None),
+        "seconds": plan.seconds["total"],
+    }
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sizes", nargs="*", default=["10,4,6", "16,5,8", "30,10,10"], help="agents,objects,regions")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    arguments = parser.parse_args()
+    for size in arguments.sizes:
+        numbers = (int(number) for number in size.split(","))
+        print(json.dumps(measure(*numbers, arguments.seed, arguments.seconds)), flush=True)

@@ -19,7 +19,9 @@ Cube = tuple[tuple[str, bool], ...]
 
 _MOST_LETTERS = 64
 _MOST_WORDS = 3000
-"""Beyond these sizes it is not computed after how many rounds an automaton settles."""
+_MOST_TOGETHER = 10
+"""Beyond the first two it is not computed after how many rounds an automaton settles; beyond the third, not
+whether all conjuncts together are contradictory."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +124,12 @@ def formula_of_each_member(scenario: Scenario) -> dict[str, str]:
 
 
 def is_contradictory(scenario: Scenario) -> bool:
-    """Whether no word at all satisfies the global formula."""
-    return bool(require_spot().formula(global_formula(scenario)).translate("small").is_empty())
+    """Whether it is found that no word at all satisfies the global formula; not asked if it has many conjuncts.
+
+    The automaton of a whole formula grows exponentially with the number of its conjuncts.
+    """
+    formula = require_spot().formula(global_formula(scenario))
+    return len(_parts(formula)) <= _MOST_TOGETHER and bool(formula.translate("small").is_empty())
 
 
 def automaton(formula: str) -> Conjunct:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import combinations, pairwise
 
 from ortools.sat.python import cp_model
 
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, exact
 from drake_ltl.planning.fits import Content
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.model import PublishedFits
@@ -314,7 +313,7 @@ class Lassos:
 
     def _add_capacity(self, rule: PublishedFits) -> None:
         """The published counting rule, in integers."""
-        numbers = [Fraction(repr(x)) for x in (rule.agent, rule.grasping, rule.object, rule.capacity)]
+        numbers = [exact(x) for x in (rule.agent, rule.grasping, rule.object, rule.capacity)]
         unit = 1
         while any((x * unit).denominator != 1 for x in numbers):
             unit *= 10

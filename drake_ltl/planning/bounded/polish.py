@@ -7,14 +7,14 @@ cheaper where costs are squared distances. In the end, what waits in vain is tak
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 
 from drake_ltl.planning.bounded.lassos import Run
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.words import letter_of, satisfies
-from drake_ltl.scenario.formulas import global_formula
 
-OBJECTS, AGENTS = 2, 3
-"""So many objects with their teams, or other agents, are not fixed."""
+SIZE = 2
+"""At first so many agents are not fixed, besides one object with its team."""
 
 
 def stretched(run: Run, length: int) -> Run:
@@ -28,12 +28,12 @@ def stretched(run: Run, length: int) -> Run:
     return longer, sum(times[:loop])
 
 
-def shortened(problem: Problem, run: Run) -> Run:
-    """A lasso without those repeated states that the formula does not need."""
-    formula, t = global_formula(problem.scenario), 1
+def shortened(problem: Problem, formulas: Sequence[str], run: Run) -> Run:
+    """A lasso without those repeated states that the formulas (over `m.p`) do not need."""
+    t = 1
     while t <= len(run[0]):
         less = _without(run, t)
-        if less is not None and _holds(problem, formula, less):
+        if less is not None and _holds(problem, formulas, less):
             run = less
         else:
             t += 1
@@ -49,24 +49,22 @@ def _without(run: Run, t: int) -> Run | None:
     return (states[:t] + states[t + 1 :], loop - (t <= loop)) if states[t] == states[t - 1] else None
 
 
-def neighbourhood(problem: Problem, run: Run, chance: random.Random) -> tuple[set[int], range]:
-    """Who and when is not fixed next: some objects with their teams and a few others, or a window of time."""
+def neighbourhood(problem: Problem, run: Run, chance: random.Random, size: int) -> tuple[set[int], range]:
+    """Who and when is not fixed next: an object or two with their teams and some others, or a window of time."""
     states, _ = run
-    n, everyone = problem.n_agents, problem.n_agents + problem.n_objects
-    if chance.random() < 0.3:
-        width = max(3, len(states) // 4)
+    n = problem.n_agents
+    if chance.random() < 0.25:
+        width = 2 + size
         first = chance.randrange(1, max(2, len(states) - width + 2))
         return set(), range(first, first + width)
-    if everyone <= OBJECTS + AGENTS:
-        return set(range(everyone)), range(0)
-    objects = chance.sample(range(problem.n_objects), min(problem.n_objects, chance.randint(1, OBJECTS)))
+    objects = chance.sample(range(problem.n_objects), min(problem.n_objects, 1 if size <= SIZE else 2))
     names = {problem.scenario.object_names[j] for j in objects}
     team = {i for state in states for i, grasp in enumerate(state.grasps) if grasp in names}
-    others = chance.sample(range(n), min(n, AGENTS if not objects else AGENTS - len(objects)))
+    others = chance.sample(range(n), min(n, size))
     return {n + j for j in objects} | team | set(others), range(0)
 
 
-def _holds(problem: Problem, formula: str, run: Run) -> bool:
+def _holds(problem: Problem, formulas: Sequence[str], run: Run) -> bool:
     states, loop = run
     word = [letter_of(problem.scenario, state) for state in states]
-    return satisfies(formula, word[:loop], word[loop:])
+    return all(satisfies(formula, word[:loop], word[loop:]) for formula in formulas)

@@ -17,6 +17,11 @@ _FINEST = 10**4
 """Costs are counted in units no finer than this part of 1."""
 
 
+def exact(number: float) -> Fraction:
+    """The decimal fraction that a number is written as: 0.1 is a tenth."""
+    return Fraction(repr(float(number)))
+
+
 @dataclass(frozen=True)
 class Problem:
     """What both the model of lassos and the relaxation are made from."""
@@ -70,7 +75,7 @@ class Problem:
     @cached_property
     def unit(self) -> Fraction:
         """The cost that the integer costs count: exact if a power of ten down to 1 / 10^4 is."""
-        costs = [Fraction(repr(cost)) for row in self.ways for cost in row]
+        costs = [exact(cost) for row in self.ways for cost in row]
         digits = 1
         while digits < _FINEST and any((cost * digits).denominator != 1 for cost in costs):
             digits *= 10
@@ -78,14 +83,14 @@ class Problem:
 
     def integer_ways(self, *, below: bool = False) -> list[list[int]]:
         """(K, K): the costs in units, to the nearest or rounded down."""
-        costs = [[Fraction(repr(cost)) / self.unit for cost in row] for row in self.ways]
+        costs = [[exact(cost) / self.unit for cost in row] for row in self.ways]
         return [[cost.__floor__() if below else round(cost) for cost in row] for row in costs]
 
     @cached_property
     def powers(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """zeta and Lambda as integers in the same unit (exact for decimal fractions)."""
-        zetas = [Fraction(repr(agent.power)) for agent in self.scenario.agents]
-        needs = [Fraction(repr(obj.power_needed)) for obj in self.scenario.objects]
+        zetas = [exact(agent.power) for agent in self.scenario.agents]
+        needs = [exact(obj.power_needed) for obj in self.scenario.objects]
         unit = 1
         while any((f * unit).denominator != 1 for f in (*zetas, *needs)):
             unit *= 10

@@ -11,7 +11,7 @@ from ortools.sat.python import cp_model
 
 from drake_ltl.planning.bounded.conjuncts import Conjunct
 from drake_ltl.planning.bounded.lassos import Lassos, Run
-from drake_ltl.planning.bounded.polish import neighbourhood, shortened, stretched
+from drake_ltl.planning.bounded.polish import SIZE, neighbourhood, shortened, stretched
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.reading import Letters, Reader
 from drake_ltl.planning.bounded.refusals import Refusals, counting_rule
@@ -74,7 +74,7 @@ class Search:
                     break
             self.patience *= 2.0
             self.seed += 1
-        return self.best and shortened(self.problem, self.best)
+        return self.best and self._shortened(self.best)
 
     def _is_over(self) -> bool:
         enough = self.best is not None and self.searched >= 2 * len(self.best[0]) + MARGIN
@@ -117,20 +117,24 @@ class Search:
         """Improve parts of a lasso that has time to spare, until several in a row are as good as they get."""
         run = stretched(best, int(len(best[0]) * (1.0 + SLACK)) + 1)
         self.horizon = len(run[0])
-        lassos, chance, misses = self._lassos(), random.Random(self.seed), 0
+        lassos, chance, misses, size = self._lassos(), random.Random(self.seed), 0, SIZE
         while misses < MISSES and not self._is_over():
             lassos.limit(self.best_cost, better=True)
-            model = lassos.around(run, *neighbourhood(self.problem, run, chance))
+            model = lassos.around(run, *neighbourhood(self.problem, run, chance, size))
             solver = self._solver()
             with _Callback(self, lassos, solver, self._seconds()) as callback:
                 status = solver.solve(model, callback)
             if callback.refused:
                 lassos = self._lassos()
             misses += 1
+            size = max(0, size - 1) if status == cp_model.UNKNOWN else size + int(status == cp_model.INFEASIBLE)
             if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) and not callback.refused and self.best:
                 run, misses = self.best, 0
         if self.best:
-            self.best = shortened(self.problem, self.best)
+            self.best = self._shortened(self.best)
+
+    def _shortened(self, run: Run) -> Run:
+        return shortened(self.problem, [conjunct.formula for conjunct in self.conjuncts], run)
 
     def _lassos(self) -> Lassos:
         lassos = Lassos(self.problem, self.horizon, self._capacity, costs=self.best is not None)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import zlib
-from dataclasses import replace
 from itertools import combinations, pairwise
 
 import pytest
@@ -164,10 +163,8 @@ def test_stretching_and_shortening(make_scenario):
     assert longer[0][longer[1]] == states[1]
     assert longer[0][longer[1] - 1] == states[0]
     problem = Problem(scenario, states[0], sum_rule(scenario), True)
-    assert shortened(problem, longer) == run
-    waiting = replace(scenario, agents=(replace(scenario.agents[0], spec="GF pi2 & pi1 & X pi1"),))
-    problem = Problem(waiting, states[0], sum_rule(waiting), True)
-    assert shortened(problem, longer)[0][:3] == (states[0], states[0], states[1])
+    assert shortened(problem, ["GF a1.pi2 & GF a1.pi1"], longer) == run
+    assert shortened(problem, ["GF a1.pi2", "a1.pi1 & X a1.pi1"], longer)[0][:3] == (states[0], states[0], states[1])
 
 
 def test_a_team_too_large_to_enumerate(monkeypatch):
