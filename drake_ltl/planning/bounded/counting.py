@@ -32,6 +32,7 @@ ways; and the own minima of all members, objects' ways counted without their tea
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from typing import Any
@@ -300,6 +301,8 @@ def raise_bound(problem: Problem, members: Sequence[Alone | None], standing: Sta
     n = problem.n_agents
     told(sum((1 + least_team(problem, j)) * least[n + j] for j in range(problem.n_objects)))
     told(sum(least[i] for i in range(n)) + sum(least[n + j] for j in range(problem.n_objects)))
+    while standing.cost is None and not standing.stopped and standing.left > 0.0:
+        time.sleep(_LEAST_SLICE)  # the first plan comes first
     if not standing.stopped and not standing.proven:
         for units in bounds(Counting(problem, members)):
             told(units)

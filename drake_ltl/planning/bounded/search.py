@@ -28,6 +28,8 @@ STRETCHES = (1.3, 1.7, 2.2, 3.0)
 """then these multiples of the best lasso's length, again and again with more patience."""
 PATIENCE = 0.05
 """A length is given up when nothing better was found for this share of the time limit, and at least a second."""
+FIRST_PATIENCE = 0.25
+"""The same while there is no plan at all."""
 SLACK = 0.7
 """So much longer is a lasso made before its parts are improved."""
 MISSES = 10
@@ -161,7 +163,8 @@ class Search:
 
     def _seconds(self) -> float:
         """How long to wait for something better."""
-        return self.patience * max(1.0, PATIENCE * self.standing.time_limit)
+        share = PATIENCE if self.best is not None else FIRST_PATIENCE
+        return self.patience * max(1.0, share * self.standing.time_limit)
 
 
 class _Callback(cp_model.CpSolverSolutionCallback):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from drake_ltl.errors import InfeasibleError
@@ -16,7 +18,7 @@ from drake_ltl.planning.power import sum_rule
 
 def bound_of(scenario, start, can_carry=None):
     problem = Problem(scenario, start, can_carry or sum_rule(scenario), can_carry is None)
-    standing = Standing(10.0)
+    standing = Standing(10.0, cost=math.inf)  # as if there were a plan already
     raise_bound(problem, lone_members(problem), standing)
     return standing.lower_bound
 
