@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
 from drake_ltl.multibody.collision_balls import farthest
 from drake_ltl.multibody.object_model import ObjectModel
@@ -44,9 +45,10 @@ def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
     Radii that the scenario gives are taken as they are.
 
     Raises:
-        InvalidInputError: a model cannot be used.
+        InvalidInputError: a model cannot be used, or an arm starts beyond its joints' limits.
     """
     agents = {agent.name: AgentModel(agent) for agent in scenario.agents}
+    _check_start_joints(agents)
     objects = {obj.name: ObjectModel(obj) for obj in scenario.objects}
     grasps = {
         (a, o): grasp_configurations(agents[a], objects[o].X_OG, objects[o].height)
@@ -90,6 +92,25 @@ def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
         },
     )
     return MeasuredModels(agents, objects, postures, grasps, geometry)
+
+
+def _check_start_joints(agents: Mapping[str, AgentModel]) -> None:
+    mistakes = []
+    for name, model in agents.items():
+        lower = model.plant.GetPositionLowerLimits()[NUM_BASE_JOINTS:]
+        upper = model.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS:]
+        joints = zip(model.joint_names[NUM_BASE_JOINTS:], model.agent.joints or (), lower, upper, strict=False)
+        mistakes += [
+            Mistake(
+                f"agents.{name}.joints",
+                f"{angle!r} is beyond the limits of joint {joint}",
+                f"write an angle from {low:.6g} to {high:.6g}",
+            )
+            for joint, angle, low, high in joints
+            if not low <= angle <= high
+        ]
+    if mistakes:
+        raise InvalidInputError(mistakes)
 
 
 def centre_offset(model: AgentModel, arm: np.ndarray) -> Vector3:

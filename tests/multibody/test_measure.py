@@ -16,6 +16,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_ltl.errors import InvalidInputError
 from drake_ltl.multibody import MeasureGeometry
 from drake_ltl.multibody.measure import STANDOFF_GAP, bounding_radius, round_up
 from drake_ltl.multibody.object_model import ObjectModel
@@ -199,3 +200,9 @@ def test_lengths_are_rounded_up_to_a_millimetre(length):
     rounded = round_up(length)
     assert length - 1e-11 <= rounded < length + 1e-3
     assert rounded * 1e3 == pytest.approx(round(rounded * 1e3), abs=1e-6)
+
+
+def test_an_arm_cannot_start_beyond_its_limits(case_ii):
+    agents = (replace(case_ii.agents[0], joints=(9.0, 0.0)), *case_ii.agents[1:])
+    with pytest.raises(InvalidInputError, match=r"agents\.a1\.joints: 9\.0 is beyond the limits of joint q1"):
+        MeasureGeometry(replace(case_ii, agents=agents))
