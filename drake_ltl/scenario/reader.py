@@ -25,7 +25,7 @@ from drake_ltl.scenario.table import Table, UnfitValueError, shown
 
 HEADING_STEP = 2 * math.pi / 3
 """Agents without a heading are spread by this angle [rad]: any two then lock the tilt of what they carry."""
-LARGEST_TIME_STEP = 0.01
+LARGEST_TIME_STEP = 0.02
 """[s]; with larger ones the discrete controllers add energy."""
 
 Settings = TypeVar("Settings", ControllerSettings, Tolerances, SimulationSettings, PublishedFits)

@@ -92,7 +92,7 @@ def test_optional_entries(data):
     put(data, "agents.a1.spec", "GF charge & F pi1")
     put(data, "spec", "F(a1.dock & o1.pi2)")
     put(data, "controller", {"kappa": 30, "lambda": 0.5})
-    put(data, "simulation", {"time_step": 0.01, "suffix_rounds": 2})
+    put(data, "simulation", {"time_step": 0.02, "suffix_rounds": 2})
     put(data, "fits", "geometric")
     put(data, "cost", "distance")
     scenario = read(data)
