@@ -26,7 +26,7 @@ from drake_ltl.scenario.table import Table, UnfitValueError, shown
 HEADING_STEP = 2 * math.pi / 3
 """Agents without a heading are spread by this angle [rad]: any two then lock the tilt of what they carry."""
 LARGEST_TIME_STEP = 0.02
-"""[s]; with larger ones the discrete controllers add energy."""
+"""[s]; V was seen to fall up to half of it, at this one it can rise (and the verdict then says so)."""
 
 Settings = TypeVar("Settings", ControllerSettings, Tolerances, SimulationSettings, PublishedFits)
 
