@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import JacobianWrtVariable, JointIndex
+from pydrake.multibody.tree import JacobianWrtVariable, JointIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.multibody.collision_balls import body_balls, moved
@@ -34,8 +34,10 @@ class AgentModel:
         self._diagram = builder.Build()  # owns the plant
         self._context = self.plant.CreateDefaultContext()
         bodies = [self.plant.get_body(index) for index in self.plant.GetBodyIndices(self.instance)]
-        balls = [body_balls(self.plant, scene_graph.model_inspector(), body) for body in bodies]
-        self._shapes = [(body, b) for body, b in zip(bodies, balls, strict=True) if len(b)]
+        self._outer, self._inner = (
+            [(body, body_balls(self.plant, scene_graph.model_inspector(), body, inside=inside)) for body in bodies]
+            for inside in (False, True)
+        )
         self._world = self.plant.world_frame()
         self._grasp = self.plant.GetFrameByName(GRASP_FRAME)
         self._centre = self.plant.GetFrameByName(CENTRE_FRAME)
@@ -91,8 +93,11 @@ class AgentModel:
 
     def volume(self, q: np.ndarray) -> np.ndarray:
         """(m, 4) rows (x, y, z, radius) [m] in W: balls whose hulls, body by body, cover the collision geometry."""
-        self.plant.SetPositions(self._context, q)
-        return np.concatenate([moved(body.EvalPoseInWorld(self._context), b) for body, b in self._shapes])
+        return self._posed(self._outer, q)
+
+    def inner_volume(self, q: np.ndarray) -> np.ndarray:
+        """(m, 4) as `volume`, but balls inside the collision geometry: what it reaches for certain."""
+        return self._posed(self._inner, q)
 
     def grasp_pose(self, q: np.ndarray):
         """X_WE(q), a RigidTransform: the end-effector frame {E_i}."""
@@ -110,3 +115,7 @@ class AgentModel:
         return self.plant.CalcJacobianTranslationalVelocity(
             self._context, JacobianWrtVariable.kV, frame, np.zeros(3), self._world, self._world
         )
+
+    def _posed(self, shapes: list[tuple[RigidBody, np.ndarray]], q: np.ndarray) -> np.ndarray:
+        self.plant.SetPositions(self._context, q)
+        return np.concatenate([moved(body.EvalPoseInWorld(self._context), b) for body, b in shapes if len(b)])

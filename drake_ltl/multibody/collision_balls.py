@@ -24,10 +24,16 @@ RIM_SEGMENTS = 32
 """A cylinder's rim counts as the regular polygon around it with this many corners (0.5 % larger at its corners)."""
 
 
-def body_balls(plant: MultibodyPlant, inspector: SceneGraphInspector, body: RigidBody) -> np.ndarray:
-    """(n, 4) rows (x, y, z, radius) [m] in the body's frame; their convex hull covers its collision geometry."""
+def body_balls(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, body: RigidBody, *, inside: bool = False
+) -> np.ndarray:
+    """(n, 4) rows (x, y, z, radius) [m] in the body's frame; their convex hull covers its collision geometry.
+
+    Args:
+        inside: the hull lies in the geometry's instead (see `shape_balls`).
+    """
     balls = [
-        moved(inspector.GetPoseInFrame(geometry), shape_balls(inspector.GetShape(geometry)))
+        moved(inspector.GetPoseInFrame(geometry), shape_balls(inspector.GetShape(geometry), inside=inside))
         for geometry in plant.GetCollisionGeometriesForBody(body)
     ]
     return np.concatenate(balls) if balls else np.zeros((0, 4))
@@ -43,8 +49,12 @@ def farthest(balls: np.ndarray, point: np.ndarray) -> float:
     return float((np.linalg.norm(balls[:, :3] - point, axis=1) + balls[:, 3]).max())
 
 
-def shape_balls(shape: Shape) -> np.ndarray:
+def shape_balls(shape: Shape, *, inside: bool = False) -> np.ndarray:
     """(n, 4) rows (x, y, z, radius) [m] in the shape's frame; their convex hull covers the shape.
+
+    Args:
+        inside: balls in the shape instead, whose hull reaches nearly as far. The two differ for round shapes
+            only: a cylinder, as 32 corners of its rim, and an ellipsoid, as points of its surface.
 
     Raises:
         DrakeLtlError: an unbounded shape, such as a half-space.
@@ -57,9 +67,10 @@ def shape_balls(shape: Shape) -> np.ndarray:
         half, radius = shape.length() / 2, shape.radius()
         return np.array([[0.0, 0.0, -half, radius], [0.0, 0.0, half, radius]])
     if isinstance(shape, Ellipsoid):
-        return _points(_CORNERS * [shape.a(), shape.b(), shape.c()])
+        return _points((_DIRECTIONS if inside else _CORNERS) * [shape.a(), shape.b(), shape.c()])
     if isinstance(shape, Cylinder):
-        return _points(_prism(shape.radius(), shape.length() / 2))
+        corner = shape.radius() if inside else shape.radius() / np.cos(np.pi / RIM_SEGMENTS)
+        return _points(_prism(corner, shape.length() / 2))
     if isinstance(shape, (Convex, Mesh)):
         surface = shape.GetConvexHull()
         return _points(np.array([surface.vertex(i) for i in range(surface.num_vertices())]))
@@ -67,15 +78,18 @@ def shape_balls(shape: Shape) -> np.ndarray:
 
 
 _CORNERS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, 8).T
+_GRID = np.array(np.meshgrid(*3 * [np.linspace(-1.0, 1.0, 9)])).reshape(3, -1).T
+_SURFACE = _GRID[np.abs(_GRID).max(axis=1) == 1.0]  # of a cube
+_DIRECTIONS = _SURFACE / np.linalg.norm(_SURFACE, axis=1, keepdims=True)
 
 
 def _points(points: np.ndarray) -> np.ndarray:
     return np.column_stack([points, np.zeros(len(points))])
 
 
-def _prism(radius: float, half_length: float) -> np.ndarray:
+def _prism(corner: float, half_length: float) -> np.ndarray:
+    """Points (n, 3) of a prism about z whose corners are at a distance of `corner` from the axis."""
     angles = 2 * np.pi * np.arange(RIM_SEGMENTS) / RIM_SEGMENTS
-    outer = radius / np.cos(np.pi / RIM_SEGMENTS)
-    rim = np.column_stack([outer * np.cos(angles), outer * np.sin(angles), np.zeros(RIM_SEGMENTS)])
+    rim = corner * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(RIM_SEGMENTS)])
     up = np.array([0.0, 0.0, half_length])
     return np.concatenate([rim - up, rim + up])

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
-from drake_ltl.multibody.collision_balls import farthest
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.multibody.postures import GraspConfiguration, grasp_configurations
+from drake_ltl.multibody.radii import agent_radius, check_stated_radii, object_radius, team_radius
 from drake_ltl.planning.geometry import Geometry, GraspOption, Vector3
 from drake_ltl.scenario.model import Scenario
 
@@ -20,10 +20,6 @@ STANDOFF_GAP = 0.07
 """Between the spheres of an agent at its stand-off and of the object [m]: more than the least margin of packing."""
 LEAST_APPROACH = 0.25
 """The straight way from stand-off to grasp is at least this long [m], so that the gripper clears the handle."""
-TEAM_SLACK = 0.03
-"""Added to r_{T,j} for what the joints give way while carrying [m]."""
-MAX_SAMPLES = 4000
-"""Configurations at which an agent's radius is measured."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +38,10 @@ class MeasuredModels:
 def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
     """Loads the scenario's models and measures radii, postures and grasps.
 
-    Radii that the scenario gives are taken as they are.
+    Radii that the scenario gives are taken as they are, unless they are smaller than the bodies.
 
     Raises:
-        InvalidInputError: a model cannot be used, or an arm starts beyond its joints' limits.
+        InvalidInputError: a model cannot be used, an arm starts beyond its joints' limits, or a radius is too small.
     """
     agents = {agent.name: AgentModel(agent) for agent in scenario.agents}
     _check_start_joints(agents)
@@ -54,25 +50,15 @@ def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
         (a, o): grasp_configurations(agents[a], objects[o].X_OG, objects[o].height)
         for a, o in itertools.product(agents, objects)
     }
+    check_stated_radii(scenario, agents, objects, grasps)
     postures = {name: _postures(model, name, grasps) for name, model in agents.items()}
-    agent_radius = {
-        agent.name: agent.radius if agent.radius is not None else bounding_radius(agents[agent.name])
-        for agent in scenario.agents
-    }
-    object_radius = {
-        obj.name: obj.radius if obj.radius is not None else round_up(objects[obj.name].radius)
-        for obj in scenario.objects
-    }
+    radius_of_agent = {agent.name: agent_radius(agent, agents[agent.name]) for agent in scenario.agents}
+    radius_of_object = {name: object_radius(model) for name, model in objects.items()}
     geometry = Geometry(
-        agent_radius=agent_radius,
-        object_radius=object_radius,
+        agent_radius=radius_of_agent,
+        object_radius=radius_of_object,
         object_height={name: model.height for name, model in objects.items()},
-        team_radius={
-            obj.name: obj.team_radius
-            if obj.team_radius is not None
-            else round_up(_team_radius(agents, objects[obj.name], grasps) + TEAM_SLACK)
-            for obj in scenario.objects
-        },
+        team_radius={name: team_radius(agents, model, grasps) for name, model in objects.items()},
         postures={
             name: {key: centre_offset(agents[name], arm) for key, arm in table.items()}
             for name, table in postures.items()
@@ -84,7 +70,7 @@ def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
                     objects[o],
                     configuration,
                     posture_name(postures[a], configuration),
-                    agent_radius[a] + object_radius[o],
+                    radius_of_agent[a] + radius_of_object[o],
                 )
                 for configuration in grasps[a, o]
             )
@@ -124,27 +110,6 @@ def posture_name(postures: Mapping[str, np.ndarray], configuration: GraspConfigu
     return next(name for name, other in postures.items() if np.allclose(arm, other, rtol=0.0, atol=1e-6))
 
 
-def bounding_radius(model: AgentModel) -> float:
-    """r_i [m], rounded up to a millimetre: covers all collision geometry from c_i in every sampled configuration.
-
-    The arm's joints run over a grid of their ranges (over +-pi where a joint has no limits).
-    """
-    configurations = (np.concatenate([np.zeros(NUM_BASE_JOINTS), arm]) for arm in _arm_samples(model))
-    return round_up(max(farthest(model.volume(q), model.centre(q)) for q in configurations))
-
-
-def round_up(length: float) -> float:
-    """To the next millimetre."""
-    return float(np.ceil(length * 1e3 - 1e-9) / 1e3)
-
-
-def _arm_samples(model: AgentModel) -> Iterator[tuple[float, ...]]:
-    lower = np.maximum(model.plant.GetPositionLowerLimits()[NUM_BASE_JOINTS:], -np.pi)
-    upper = np.minimum(model.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS:], np.pi)
-    per_joint = max(2, int(MAX_SAMPLES ** (1 / max(1, len(lower)))))
-    return itertools.product(*(np.linspace(lo, hi, per_joint) for lo, hi in zip(lower, upper, strict=True)))
-
-
 def _postures(
     model: AgentModel, agent: str, grasps: Mapping[tuple[str, str], tuple[GraspConfiguration, ...]]
 ) -> dict[str, np.ndarray]:
@@ -176,21 +141,6 @@ def _grasp_option(
     needed = np.sqrt(max(0.0, (clear + STANDOFF_GAP) ** 2 - float(beside @ beside))) - along
     standoff = p_OoC + max(needed, LEAST_APPROACH) * back
     return GraspOption(configuration.name, _vector3(standoff), _vector3(p_OoC), posture)
-
-
-def _team_radius(
-    agents: Mapping[str, AgentModel],
-    obj: ObjectModel,
-    grasps: Mapping[tuple[str, str], tuple[GraspConfiguration, ...]],
-) -> float:
-    """Largest distance from Oo of a point of the object or of an agent that grasps it."""
-    p_WOo = np.array([0.0, 0.0, obj.height])
-    reaches = [
-        farthest(model.volume(configuration.q), p_WOo)
-        for name, model in agents.items()
-        for configuration in grasps[name, obj.object.name]
-    ]
-    return max([obj.radius, *reaches])
 
 
 def _vector3(array: np.ndarray) -> Vector3:

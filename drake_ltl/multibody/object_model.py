@@ -32,6 +32,7 @@ class ObjectModel:
         """Rotational inertia (3, 3) about Oo in O [kg m^2]."""
         self.balls_O: np.ndarray = body_balls(plant, scene_graph.model_inspector(), body)
         """(n, 4) rows (x, y, z, radius) [m] in O; their convex hull covers the object."""
+        self._inner_balls_O = body_balls(plant, scene_graph.model_inspector(), body, inside=True)
         self._body_name = body.name()
 
     @property
@@ -47,3 +48,8 @@ class ObjectModel:
     def radius(self) -> float:
         """Radius about Oo of the smallest ball that covers the object [m]."""
         return farthest(self.balls_O, np.zeros(3))
+
+    @property
+    def inner_radius(self) -> float:
+        """How far from Oo the object reaches for certain [m]; less than `radius` where it is round."""
+        return farthest(self._inner_balls_O, np.zeros(3))

@@ -136,6 +136,8 @@ class Scenario:
     controller: ControllerSettings = ControllerSettings()
     tolerances: Tolerances = Tolerances()
     simulation: SimulationSettings = SimulationSettings()
+    team_radius: float | None = None
+    """What holds for every object that says nothing of its own; the objects carry it too."""
     source: str = ""
     """The text the scenario was read from; a recording carries it."""
 

@@ -90,6 +90,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         cost=top.take("cost", read.one_of("squared_distance", "distance"), "squared_distance"),
         fits=_fits(top),
         seed=top.take("seed", read.integer_from(0), 0),
+        team_radius=team_radius,
         controller=_settings(top.table("controller"), ControllerSettings, {"lambda": read.not_negative}),
         tolerances=_settings(top.table("tolerances"), Tolerances),
         simulation=_settings(

@@ -18,8 +18,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.multibody import MeasureGeometry
-from drake_ltl.multibody.measure import STANDOFF_GAP, bounding_radius, round_up
+from drake_ltl.multibody.measure import STANDOFF_GAP
 from drake_ltl.multibody.object_model import ObjectModel
+from drake_ltl.multibody.radii import bounding_radius, round_up
 
 
 @pytest.fixture(scope="module")
