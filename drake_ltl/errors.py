@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 
 class DrakeLtlError(Exception):
@@ -67,3 +69,14 @@ class GraspError(DrakeLtlError):
 
 class ExecutionError(DrakeLtlError):
     """The simulated mission cannot go on (a state that is not finite, for instance)."""
+
+
+@contextmanager
+def naming_file(path: Path | str) -> Iterator[None]:
+    """Lets an OSError of the body name the file: writing to a full disk, for instance, names none."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is not None:
+            error.filename = str(path)
+        raise

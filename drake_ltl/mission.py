@@ -9,7 +9,7 @@ import pydot
 from pydrake.systems.framework import Diagram
 
 from drake_ltl.diagrams import MakeMissionDiagram
-from drake_ltl.errors import MissingDependencyError
+from drake_ltl.errors import MissingDependencyError, naming_file
 from drake_ltl.execution.runner import Run, RunMission, RunProgress
 from drake_ltl.multibody import MeasuredModels, MeasureGeometry
 from drake_ltl.planning.fits import published_fits
@@ -92,7 +92,8 @@ def write_graphviz(diagram: Diagram, path: Path) -> None:
     """
     dot = diagram.GetGraphvizString(max_depth=1)
     if path.suffix != ".svg":
-        path.write_text(dot, encoding="utf-8")
+        with naming_file(path):
+            path.write_text(dot, encoding="utf-8")
         return
     (graph,) = pydot.graph_from_dot_data(dot)
     try:

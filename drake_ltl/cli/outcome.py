@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import argparse
+import errno
 import json
 import os
 import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
-from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.errors import InvalidInputError, Mistake, naming_file
 
 SUCCESS = 0
 FAILURE = 1
@@ -44,23 +49,88 @@ def complain(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def check_writable(*paths: Path | None) -> None:
-    """Refuses outputs that could not be written, before any long work is done.
+def file_path(text: str) -> Path:
+    """The type of an argument that names a file or a folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name is empty")
+    return Path(text)
+
+
+def check_writable(*paths: Path | None, replaced: Path | None = None, folder: Path | None = None) -> None:
+    """Refuses outputs that could not be written, before any long work is done. Nothing is changed or left behind.
+
+    Args:
+        paths: files that will be opened for writing.
+        replaced: a file that will be written beside its place first, so its folder must be writable.
+        folder: a folder that will be made if it is not there, with files in it.
 
     Raises:
-        InvalidInputError: a path is a folder, or its folder is not there.
+        InvalidInputError: with every output that cannot be written, and every file that is named twice.
     """
-    mistakes = []
-    for path in filter(None, paths):
-        if path.is_dir():
-            mistakes.append(Mistake(str(path), "is a folder", "name a file"))
-        elif not path.absolute().parent.is_dir():
-            mistakes.append(Mistake(str(path), f"there is no folder {path.parent}", "make it first"))
-    if mistakes:
-        raise InvalidInputError(mistakes)
+    files = [path for path in (*paths, replaced) if path is not None]
+    mistakes = [_mistake(path) for path in files]
+    if replaced is not None and mistakes[-1] is None:
+        mistakes[-1] = _irreplaceable(replaced)
+    if folder is not None:
+        mistakes.append(_unusable_folder(folder))
+    places = [os.path.realpath(path) for path in files]
+    twice = {path: None for path, place in zip(files, places, strict=True) if places.count(place) > 1}
+    mistakes += [Mistake(str(path), "is named for several outputs", "name a file for each") for path in list(twice)[:1]]
+    if any(mistakes):
+        raise InvalidInputError([mistake for mistake in mistakes if mistake is not None])
+
+
+def _mistake(path: Path) -> Mistake | None:
+    if path.is_dir():
+        return Mistake(str(path), "is a folder", "name a file")
+    if not path.absolute().parent.is_dir():
+        return Mistake(str(path), f"there is no folder {path.parent}", "make it first")
+    return _tried(path, _open_for_writing)
+
+
+def _open_for_writing(path: Path) -> None:
+    """Neither truncates the file nor leaves an empty one. A pipe is not opened: that would wait for its reader."""
+    place = Path(os.path.realpath(path))  # of a dangling link, what it points to
+    if place.is_file() or not place.exists():
+        new = not place.exists()
+        os.close(os.open(place, os.O_WRONLY | os.O_CREAT))
+        if new:
+            place.unlink()
+    elif not os.access(place, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def _irreplaceable(path: Path) -> Mistake | None:
+    if path.exists() and not path.is_file():
+        return Mistake(str(path), "is not a plain file", "name another file")
+    return _tried(path, lambda file: tempfile.TemporaryFile(dir=file.absolute().parent).close())
+
+
+def _unusable_folder(path: Path) -> Mistake | None:
+    missing = [place for place in (path, *path.parents) if not place.exists()]
+
+    def use(folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+
+    try:
+        return _tried(path, use)
+    finally:
+        for place in missing:
+            with suppress(OSError):
+                place.rmdir()
+
+
+def _tried(path: Path, action: Callable[[Path], None]) -> Mistake | None:
+    try:
+        action(path)
+    except OSError as error:
+        return Mistake(str(path), f"cannot be written ({error.strerror or error})", "name another place")
+    return None
 
 
 def write_json(path: Path | None, data: dict[str, Any]) -> None:
-    """Writes the data unless there is no path."""
+    """Writes the data unless there is no path. Raises OSError, with the file's name, if it cannot."""
     if path is not None:
-        path.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        with naming_file(path):
+            path.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import math
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, write_json
+from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, file_path, write_json
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.planning.fits import Fits, published_fits
 from drake_ltl.planning.geometric_fits import GeometricFits
@@ -35,8 +35,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         description="Finds the plan of least cost that satisfies every formula, and proves it least.",
         epilog="example: drake-ltl plan examples/case_ii.yaml --json plan.json",
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help="scenario (YAML)")
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write the plan here")
+    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("--json", type=file_path, metavar="OUT", help="write the plan here")
     parser.add_argument(
         "--method",
         choices=("auto", "explicit", "bounded"),
@@ -122,9 +122,12 @@ def _no_plan(args: argparse.Namespace, scenario: Scenario, status: str) -> int:
 
 
 def _seconds(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not 0.0 < value < 1e9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number of seconds")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0")
     return value
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, write_json
+from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, file_path, write_json
 from drake_ltl.cli.plan import planning_problem
-from drake_ltl.errors import InfeasibleError, SearchLimitError
+from drake_ltl.errors import InfeasibleError, SearchLimitError, naming_file
+from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import load
 
 
@@ -25,22 +27,21 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         "exit status 0 only if the specification held and nothing collided.",
         epilog="example: drake-ltl simulate examples/case_ii.yaml --report out --record out/page.html",
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
     parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
-    parser.add_argument("--record", type=Path, metavar="OUT.html", help="write a page that replays the run")
-    parser.add_argument("--recording", type=Path, metavar="OUT.npz", help="write the data of the run")
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write the verdict")
-    parser.add_argument("--report", type=Path, metavar="DIR", help="write recording, verdict, plan and figures here")
-    parser.add_argument("--graphviz", type=Path, metavar="OUT", help="write the diagram of systems (.dot or .svg)")
+    parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
+    parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
+    parser.add_argument("--json", type=file_path, metavar="OUT", help="write the verdict")
+    parser.add_argument("--report", type=file_path, metavar="DIR", help="write data, verdict, plan and figures here")
+    parser.add_argument("--graphviz", type=file_path, metavar="OUT", help="write the diagram of systems (.dot or .svg)")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """0 if the mission was carried out and satisfies everything, else 1."""
-    if args.report is not None:
-        args.report.mkdir(parents=True, exist_ok=True)
-    check_writable(args.json, args.record, args.recording, args.graphviz)
+    check_writable(args.json, args.record, args.graphviz, replaced=args.recording, folder=args.report)
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
     scenario = load(args.file)
 
     # Drake takes a while to load: only now is it sure to be needed.
@@ -73,8 +74,7 @@ def run(args: argparse.Namespace) -> int:
             announce=complain,
             report=_reporter(bar),
         )
-    if args.recording is not None:
-        result.recording.save(args.recording)
+    _save(result.recording, args.recording)
     verdict = verify(result.recording, scenario)
     out.print(verdict_table(verdict, scenario))
     data = to_json(verdict, wall_seconds=result.wall_seconds)
@@ -82,7 +82,8 @@ def run(args: argparse.Namespace) -> int:
     if args.report is not None:
         from drake_ltl.visualization.figures import write_report_figures
 
-        result.recording.save(args.report / "recording.npz")
+        args.report.mkdir(parents=True, exist_ok=True)
+        _save(result.recording, args.report / "recording.npz")
         write_json(args.report / "verdict.json", data)
         write_json(args.report / "plan.json", plan_to_json(planned.plan, scenario))
         write_report_figures(result.recording, scenario, args.report)
@@ -90,10 +91,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _rounds(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= 100_000:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of rounds from 1 to 100000")
-    return value
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and 1 <= int(text) <= 100_000):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of rounds from 1 to 100000")
+    return int(text)
+
+
+def _save(recording: Recording, path: Path | None) -> None:
+    if path is not None:
+        with naming_file(path):
+            recording.save(path)
 
 
 def _no_run_json(reason: str) -> dict[str, Any]:

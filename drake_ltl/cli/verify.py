@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, console, write_json
+from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, console, file_path, write_json
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import loads
 from drake_ltl.verification import to_json, verdict_table, verify
@@ -19,8 +18,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         description="Judges a recording by itself: temporal logic, regions, clearances, grasps, V, rest. "
         "Exit status: 0 satisfied, 1 violated, 2 bad input.",
     )
-    parser.add_argument("recording", type=Path, metavar="RECORDING", help="a file (.npz) written by `simulate`")
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write the verdict, as `simulate` does")
+    parser.add_argument("recording", type=file_path, metavar="RECORDING", help="a file (.npz) written by `simulate`")
+    parser.add_argument("--json", type=file_path, metavar="OUT", help="write the verdict, as `simulate` does")
     parser.set_defaults(run=run)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
+from drake_ltl.errors import naming_file
 from drake_ltl.execution.recording import Recording
 from drake_ltl.visualization.mission_overlay import PATH, PUBLISH_PERIOD
 from drake_ltl.visualization.page_overlay import OVERLAY
@@ -49,7 +50,8 @@ def WritePage(
     meshcat.PublishRecording()
     page = with_overlay(meshcat.StaticHtml(), captions, title=title, legend=legend or {})
     path = Path(path)
-    path.write_text(page, encoding="utf-8")
+    with naming_file(path):
+        path.write_text(page, encoding="utf-8")
     return path
 
 

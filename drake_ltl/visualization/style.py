@@ -9,6 +9,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from drake_ltl.errors import naming_file
 from drake_ltl.visualization.palette import INK, MUTED
 
 RC = {
@@ -50,5 +51,6 @@ def write_figure(
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)
         for suffix, path in zip(formats, paths, strict=True):
-            figure.savefig(path, format=suffix, metadata=_UNDATED.get(suffix))
+            with naming_file(path):
+                figure.savefig(path, format=suffix, metadata=_UNDATED.get(suffix))
     return paths

@@ -151,8 +151,21 @@ def test_a_report_needs_a_folder(drake_ltl, shuttle_file):
     assert len(result.err.splitlines()) == 1
 
 
-@pytest.mark.parametrize("rounds", ["0", "-1", "many", "1.5", "1000000"])
+@pytest.mark.parametrize("output", ["--record", "--graphviz"])
+def test_a_disk_that_is_full(drake_ltl, shuttle_file, output):
+    result = drake_ltl("simulate", shuttle_file, output, "/dev/full")
+    assert result.status == 2
+    assert result.err.splitlines()[-1] == "/dev/full: No space left on device"
+
+
+def test_bad_input_leaves_no_folder(drake_ltl, tmp_path):
+    result = drake_ltl("simulate", tmp_path / "nothing.yaml", "--report", tmp_path / "out" / "deep")
+    assert result.status == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("rounds", ["0", "-1", "many", "1.5", "1000000", "9" * 5000])
 def test_rounds_that_are_none(drake_ltl, shuttle_file, rounds):
     result = drake_ltl("simulate", shuttle_file, "--suffix-rounds", rounds)
     assert result.status == 2
-    assert rounds in result.err
+    assert f"{rounds!r} is not a whole number of rounds from 1 to 100000" in result.err
