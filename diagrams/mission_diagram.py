@@ -11,7 +11,7 @@ from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, PortSwitch, VectorLogSink
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, PortSwitch, VectorLogSink
 
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
@@ -173,8 +173,11 @@ def _add_agent(
         builder.Connect(controller.get_torque_output_port(), port)
     for obj, transport in transports.items():
         builder.Connect(transport.get_torque_output_port(agent), switch.DeclareInputPort(f"transport_{obj}"))
+    actuation = builder.AddSystem(MatrixGain(model.plant.MakeActuationMatrix().T))
+    actuation.set_name(f"actuation_{agent}")  # from joints to actuators: the file's transmissions may have any order
+    builder.Connect(switch.get_output_port(), actuation.get_input_port())
     builder.Connect(
-        switch.get_output_port(),
+        actuation.get_output_port(),
         transport_plant.plant.get_actuation_input_port(transport_plant.agents[agent]),
     )
 

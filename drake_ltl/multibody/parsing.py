@@ -33,9 +33,12 @@ HANDLE_PREFIX = "handle"
 def AddAgentModel(plant: MultibodyPlant, agent: Agent) -> ModelInstanceIndex:
     """Adds the agent's URDF under its own name, its arm turned by its heading.
 
+    The heading is the yaw of the fixed joint `mount`. An arm without one that has a yaw joint is not turned: it turns
+    itself to grasp along the heading.
+
     Raises:
         InvalidInputError: the file cannot be parsed, lacks the frames `grasp` and `bounding_centre`, has a
-            joint without an actuator, or has a heading but no fixed joint `mount` to turn.
+            joint without an actuator, or has a heading but neither a fixed joint `mount` nor a yaw joint.
     """
     path = resolve(agent.model)
     actuators_before = plant.num_actuators()
@@ -122,18 +125,37 @@ def _turn(agent: Agent, path: Path, document: minidom.Document) -> None:
         if joint.getAttribute("name") == MOUNT_JOINT and joint.getAttribute("type") == "fixed":
             origins = joint.getElementsByTagName("origin")
             origin = origins[0] if origins else joint.appendChild(document.createElement("origin"))
-            roll, pitch, yaw = (float(angle) for angle in (origin.getAttribute("rpy") or "0 0 0").split())
+            roll, pitch, yaw = _numbers(origin.getAttribute("rpy"))
             origin.setAttribute("rpy", f"{roll!r} {pitch!r} {yaw + agent.heading!r}")
             return
-    raise InvalidInputError(
-        [
-            Mistake(
-                f"agents.{agent.name}.heading",
-                f"{agent.heading!r} cannot be applied: {path.name} has no fixed joint {MOUNT_JOINT!r}",
-                "set heading: 0, or name the joint that carries the arm so",
-            )
-        ]
-    )
+    if not any(map(_is_yaw, document.getElementsByTagName("joint"))):
+        raise InvalidInputError(
+            [
+                Mistake(
+                    f"agents.{agent.name}.heading",
+                    f"the arm cannot be turned by {agent.heading:.6g} rad: {path.name} has neither a fixed joint "
+                    f"{MOUNT_JOINT!r} below its arm nor a yaw joint (agents that state no heading get theirs from "
+                    "their place in the file)",
+                    f"write heading: 0 for {agent.name}, or call the joint that carries the arm {MOUNT_JOINT!r}",
+                )
+            ]
+        )
+
+
+def _is_yaw(joint: minidom.Element) -> bool:
+    """Whether a joint turns about the vertical, as seen from an upright parent."""
+    if joint.getAttribute("type") not in ("revolute", "continuous"):
+        return False
+    axes, origins = joint.getElementsByTagName("axis"), joint.getElementsByTagName("origin")
+    x, y, z = _numbers(axes[0].getAttribute("xyz"), "1 0 0") if axes else (1.0, 0.0, 0.0)
+    roll, pitch, _ = _numbers(origins[0].getAttribute("rpy")) if origins else (0.0, 0.0, 0.0)
+    return (x, y, roll, pitch) == (0.0, 0.0, 0.0, 0.0) and z != 0.0
+
+
+def _numbers(text: str, default: str = "0 0 0") -> tuple[float, float, float]:
+    """Raises ValueError unless there are three."""
+    a, b, c = (float(number) for number in (text or default).split())
+    return a, b, c
 
 
 def _anchor_files(document: minidom.Document, folder: Path) -> None:

@@ -31,7 +31,9 @@ class GraspConfiguration:
 def grasp_configurations(
     model: AgentModel, X_OG: RigidTransform, object_height: float
 ) -> tuple[GraspConfiguration, ...]:
-    """The ways in which an agent can grasp a ring around an object, for an arm in a vertical plane.
+    """The ways in which an agent can grasp a ring around an object: along its heading, forwards or backwards.
+
+    That is all an arm in a vertical plane can do; one with a yaw joint does the same.
 
     Args:
         X_OG: the ring's grasp frame at azimuth 0, z towards the object; Rz(azimuth) X_OG is one as well.

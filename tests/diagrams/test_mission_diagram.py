@@ -7,10 +7,13 @@ import logging
 import numpy as np
 import pytest
 from drake_ltl.diagrams import MakeMissionDiagram
+from drake_ltl.models import package_xml
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import DiagramBuilder, InputPortIndex
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_ltl.mission import measure, plan_and_place
+from drake_ltl.scenario import loads
 from drake_ltl.systems.program import start_configuration
 from drake_ltl.systems.signals import Mode
 
@@ -91,6 +94,27 @@ def test_the_selected_controller_drives_the_agent(mission_diagram, root):
         controller = diagram.GetSubsystemByName(f"{kind}_{agent}")
         torque = controller.get_torque_output_port().Eval(controller.GetMyContextFromRoot(root))
         np.testing.assert_array_equal(port.Eval(plant.GetMyContextFromRoot(root)), torque)
+
+
+def test_torques_reach_their_joints_in_whatever_order_the_actuators_are(shuttle_text, tmp_path):
+    """A model's transmissions, and with them Drake's actuators, may stand in another order than its joints."""
+    text = (package_xml().parent / "agents" / "planar_arm.urdf").read_text(encoding="utf-8")
+    start, last = text.index('<transmission name="x">'), text.index('<transmission name="q2">')
+    end = text.index("</robot>")
+    (tmp_path / "arm.urdf").write_text(text[:start] + text[last:end] + text[start:last] + text[end:], encoding="utf-8")
+    scenario = loads(
+        shuttle_text.replace("package://drake_ltl_models/agents/planar_arm.urdf", "arm.urdf"), base=tmp_path
+    )
+    models = measure(scenario)
+    diagram = MakeMissionDiagram(plan_and_place(scenario, models), scenario, models, num_steps=1)
+    simulator = Simulator(diagram.diagram, diagram.CreateStartContext())
+    simulator.Initialize()
+    plant, context = plant_of(diagram, simulator.get_mutable_context())
+    controller = diagram.diagram.GetSubsystemByName("transition_a1")
+    torque = controller.get_torque_output_port().Eval(controller.GetMyContextFromRoot(simulator.get_context()))
+    actuation = plant.get_actuation_input_port(diagram.transport_plant.agents["a1"]).Eval(context)
+    assert np.abs(torque - actuation).max() > 0.1  # they do stand in another order
+    np.testing.assert_array_equal(plant.MakeActuationMatrix() @ actuation, torque)
 
 
 def state(simulator) -> np.ndarray:

@@ -8,7 +8,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_ltl.errors import InvalidInputError
-from drake_ltl.multibody import AddAgentModel, AddObjectModel
+from drake_ltl.multibody import AddAgentModel, AddObjectModel, AgentModel
+from drake_ltl.multibody.object_model import ObjectModel
+from drake_ltl.multibody.postures import grasp_configurations
 from drake_ltl.scenario.model import Agent, TransportObject
 from drake_ltl.scenario.model_files import resolve
 
@@ -47,9 +49,39 @@ def test_a_heading_needs_a_mount(changed_model, make_agent, change):
     path = changed_model(ARM, change)
     mistake = the_mistake(AddAgentModel, make_agent(1.0, path))
     assert mistake.where == "agents.a1.heading"
-    assert "1.0 cannot be applied" in mistake.what
+    assert "cannot be turned by 1 rad" in mistake.what
     assert "'mount'" in mistake.what
+    assert "agents that state no heading" in mistake.what  # it need not be the file's
+    assert "heading: 0 for a1" in mistake.remedy
     AddAgentModel(MultibodyPlant(0.0), make_agent(0.0, path))  # without a heading it may be called as it likes
+
+
+YAW = {
+    'name="mount" type="fixed"': 'name="yaw" type="revolute"',
+    '<child link="turret"/>': '<child link="turret"/><axis xyz="0 0 1"/><limit lower="-4" upper="4" effort="100"/>',
+    '<link name="turret">': '<link name="turret"><inertial><mass value="0.3"/>'
+    '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>',
+    "</robot>": '<transmission name="yaw"><type>transmission_interface/SimpleTransmission</type>'
+    '<joint name="yaw"/><actuator name="yaw"/></transmission></robot>',
+}
+
+
+def test_an_arm_with_a_yaw_joint_turns_itself(changed_model, make_agent, make_object):
+    """It needs no mount, and grasps along its heading with the joint turned."""
+    agent = make_agent(1.0, changed_model(ARM, YAW))
+    model, crate = AgentModel(agent), ObjectModel(make_object())
+    assert model.joint_names == ("x", "y", "yaw", "q1", "q2")
+    plus, minus = grasp_configurations(model, crate.X_OG, crate.height)
+    along = np.array([np.cos(1.0), np.sin(1.0), 0.0])
+    for grasp, sign in ((plus, 1.0), (minus, -1.0)):
+        np.testing.assert_allclose(model.grasp_pose(grasp.q).rotation().matrix()[:, 2], sign * along, atol=1e-3)
+        assert sign * (grasp.q[:2] @ along[:2]) < 0.0  # the base stands behind the gripper
+
+
+@pytest.mark.parametrize("change", [{"0 0 1": "0 1 0"}, {"revolute": "prismatic"}], ids=["not upright", "no turn"])
+def test_another_joint_is_no_yaw(changed_model, make_agent, change):
+    changes = {old: new.replace(*next(iter(change.items()))) for old, new in YAW.items()}
+    assert the_mistake(AddAgentModel, make_agent(1.0, changed_model(ARM, changes))).where == "agents.a1.heading"
 
 
 BROKEN = {
