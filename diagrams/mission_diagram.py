@@ -37,7 +37,7 @@ class MissionDiagram:
     supervisor: PlanSupervisor
     field: NavigationField
     logs: Mapping[str, VectorLogSink]
-    """`state`, `lyapunov` and `status`, at every step of the plant."""
+    """`state`, `lyapunov`, and the supervisor's `status`, `step` and `reach_<agent>`, at every step of the plant."""
     program: MissionProgram
     scenario: Scenario
     models: MeasuredModels
@@ -97,7 +97,10 @@ def MakeMissionDiagram(
         "state": LogVectorOutput(transport_plant.plant.get_state_output_port(), builder),
         "lyapunov": LogVectorOutput(field.get_lyapunov_output_port(), builder),
         "status": LogVectorOutput(supervisor.get_status_output_port(), builder),
+        "step": LogVectorOutput(supervisor.get_step_output_port(), builder),
     }
+    for agent in transport_plant.agents:
+        logs[f"reach_{agent}"] = LogVectorOutput(supervisor.get_reach_output_port(agent), builder)
     for name, log in logs.items():
         log.set_name(f"log_{name}")
     diagram = builder.Build()

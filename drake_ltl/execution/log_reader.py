@@ -6,26 +6,25 @@ import importlib.metadata
 from collections.abc import Iterator
 
 import numpy as np
-from pydrake.common.eigen_geometry import Quaternion
-from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context
 
 import drake_ltl
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
+from drake_ltl.execution.intervals import read_intervals
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
-from drake_ltl.multibody.postures import pose_error
 from drake_ltl.planning.plan_json import action_to_json
 from drake_ltl.systems.signals import NO_GRASP
 
 
 def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, reason: str) -> Recording:
     """The run so far, from the logs in the context."""
-    time, state, status, lyapunov = _samples(mission, root_context)
-    q, qd, pose, velocity = _by_member(mission, state)
+    time, logged = _samples(mission, root_context)
+    status = logged["status"]
+    q, qd, pose, velocity = _by_member(mission, logged["state"])
     agents = tuple(q)
     weld_index = status[:, 2 + len(agents) :].astype(int)
-    gap, angle = _weld_errors(mission, agents, q, pose, weld_index)
-    step = status[:, 0].astype(int)
+    step, phase = status[:, 0].astype(int), status[:, 1].astype(int)
+    reaches = {name: logged[f"reach_{name}"] for name in agents}
     plan = mission.program.mission.plan
     geometry = mission.models.geometry
     return Recording(
@@ -41,6 +40,7 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         steps=tuple(_steps(mission, time, step, num_steps)),
         completed=not reason,
         reason=reason,
+        intervals=tuple(read_intervals(mission, step, phase, logged["step"], reaches)),
         time=time,
         q=q,
         qd=qd,
@@ -48,17 +48,18 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         pose=pose,
         velocity=velocity,
         step=step,
-        phase=status[:, 1].astype(int),
+        phase=phase,
         mode=status[:, 2 : 2 + len(agents)].astype(int),
         grasp=_grasped(mission, tuple(pose), weld_index),
-        weld_gap=gap,
-        weld_angle=angle,
-        lyapunov=lyapunov,
+        lyapunov=logged["lyapunov"][:, 0],
     )
 
 
-def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """One row per step of the plant: of several samples at one time the last counts (welds are switched there)."""
+def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times (T,), and each log (T, ..) with one row per step of the plant.
+
+    Of several samples at one time the last counts (welds are switched there).
+    """
     logs = {name: sink.FindLog(root_context) for name, sink in mission.logs.items()}
     whole = min(log.num_samples() for log in logs.values())  # a run that fails may leave one log ahead of another
     time = logs["state"].sample_times()[:whole]
@@ -67,8 +68,7 @@ def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray
     on_step = np.abs(time - number * time_step) < 1e-6 * time_step  # pages are published in between
     keep = np.flatnonzero(on_step)
     keep = keep[np.append(np.diff(number[keep]) > 0, True)] if len(keep) else keep
-    state, status, lyapunov = (logs[name].data().T[:whole][keep] for name in ("state", "status", "lyapunov"))
-    return time[keep], state, status, lyapunov[:, 0]
+    return time[keep], {name: log.data().T[:whole][keep] for name, log in logs.items()}
 
 
 def _by_member(mission: MissionDiagram, state: np.ndarray):
@@ -92,20 +92,6 @@ def _centres(mission: MissionDiagram, agent: str, q: np.ndarray) -> np.ndarray:
 def _grasped(mission: MissionDiagram, objects: tuple[str, ...], weld_index: np.ndarray) -> np.ndarray:
     of_weld = np.array([objects.index(weld.object) for weld in mission.program.welds] + [NOTHING], dtype=int)
     return of_weld[np.where(weld_index == NO_GRASP, len(of_weld) - 1, weld_index)]
-
-
-def _weld_errors(mission, agents, q, pose, weld_index) -> tuple[np.ndarray, np.ndarray]:
-    gap, angle = np.zeros(weld_index.shape), np.zeros(weld_index.shape)
-    for column, agent in enumerate(agents):
-        model = mission.models.agents[agent]
-        for row in np.flatnonzero(weld_index[:, column] != NO_GRASP):
-            weld = mission.program.welds[weld_index[row, column]]
-            (configuration,) = (g for g in mission.models.grasps[agent, weld.object] if g.name == weld.option)
-            x = pose[weld.object][row]
-            X_WO = RigidTransform(Quaternion(x[:4] / np.linalg.norm(x[:4])), x[4:])
-            error = pose_error(model.grasp_pose(q[agent][row]), X_WO @ configuration.X_OE)
-            angle[row, column], gap[row, column] = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
-    return gap, angle
 
 
 def _steps(mission: MissionDiagram, time: np.ndarray, step: np.ndarray, num_steps: int) -> Iterator[StepRecord]:

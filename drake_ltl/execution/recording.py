@@ -1,7 +1,7 @@
 """What a run leaves behind: everything a verdict needs, as plain arrays in one file.
 
 The file is a NumPy archive (.npz, readable from any language with a zip and a simple header) with one JSON header:
-an open format that needs no library beyond numpy, and bytes that depend on the run alone. Version 1.
+an open format that needs no library beyond numpy, and bytes that depend on the run alone. Version 2.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError, Mistake
 
 FORMAT = "drake_ltl recording"
-VERSION = 1
+VERSION = 2
 NOTHING = -1
 """In `grasp`: holds no object."""
 
@@ -38,6 +38,22 @@ class StepRecord:
     duration: float
     """[s]"""
     finished: bool
+
+
+@dataclass(frozen=True)
+class IntervalRecord:
+    """What moved under one navigation function, and where to: with the motion, all that V depends on."""
+
+    step: int
+    phase: int
+    travels: Mapping[str, tuple[float, ...]]
+    """agent z -> q*_z (n_z,)."""
+    transports: Mapping[str, tuple[float, ...]]
+    """object -> p*_O (3,) [m] in W."""
+    waiting: tuple[str, ...]
+    """Objects whose teams stand for now, to move later; they count as one sphere already."""
+    reaches: Mapping[str, tuple[tuple[float, ...], tuple[float, ...]]]
+    """agent that approaches or backs off meanwhile -> q at both ends of its way."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +75,8 @@ class Recording:
     completed: bool
     reason: str
     """Why the run ended early; empty if it did not."""
+    intervals: tuple[IntervalRecord, ...]
+    """In order of time."""
     time: np.ndarray
     """(T,) [s], increasing."""
     q: Mapping[str, np.ndarray]
@@ -79,10 +97,6 @@ class Recording:
     """(T, N) what each agent does: 0 hold, 1 travel, 2 reach, 3 + j carries object j."""
     grasp: np.ndarray
     """(T, N) index of the object each agent is welded to, or NOTHING."""
-    weld_gap: np.ndarray
-    """(T, N) [m] distance between gripper and grasp frame; 0 while not welded."""
-    weld_angle: np.ndarray
-    """(T, N) [rad]."""
     lyapunov: np.ndarray
     """(T,) V [J] as the controllers evaluated it; 0 while nothing moves under the navigation function."""
 
@@ -95,7 +109,8 @@ class Recording:
         """Writes the file whole or not at all (OSError if it cannot)."""
         path = Path(path)
         header = {field: getattr(self, field) for field in _HEADER_FIELDS}
-        header |= {"format": FORMAT, "version": VERSION, "steps": [dataclasses.asdict(step) for step in self.steps]}
+        header |= {"format": FORMAT, "version": VERSION}
+        header |= {name: [dataclasses.asdict(record) for record in getattr(self, name)] for name in _RECORD_FIELDS}
         arrays = {field: getattr(self, field) for field in _ARRAY_FIELDS}
         for field in _GROUP_FIELDS:
             arrays |= {f"{field}/{name}": array for name, array in getattr(self, field).items()}
@@ -141,7 +156,8 @@ _HEADER_FIELDS = (
     "completed",
     "reason",
 )
-_ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "weld_gap", "weld_angle", "lyapunov")
+_ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "lyapunov")
+_RECORD_FIELDS = ("steps", "intervals")
 _GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
 
 
@@ -150,13 +166,25 @@ def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Record
         raise ValueError(header["version"])
     header["agents"], header["objects"] = tuple(header["agents"]), tuple(header["objects"])
     steps = tuple(StepRecord(**{**step, "actions": tuple(step["actions"])}) for step in header["steps"])
+    intervals = tuple(_interval(interval) for interval in header["intervals"])
     names = {"q": "agents", "qd": "agents", "centre": "agents", "pose": "objects", "velocity": "objects"}
     groups = {field: {name: arrays[f"{field}/{name}"] for name in header[names[field]]} for field in _GROUP_FIELDS}
     samples = len(arrays["time"])
     if any(len(array) != samples for array in arrays.values()):
         raise ValueError("arrays of different lengths")
     fields = {field: header[field] for field in _HEADER_FIELDS} | {field: arrays[field] for field in _ARRAY_FIELDS}
-    return Recording(steps=steps, **fields, **groups)
+    return Recording(steps=steps, intervals=intervals, **fields, **groups)
+
+
+def _interval(data: dict[str, Any]) -> IntervalRecord:
+    return IntervalRecord(
+        step=int(data["step"]),
+        phase=int(data["phase"]),
+        travels={name: tuple(q) for name, q in data["travels"].items()},
+        transports={name: tuple(p) for name, p in data["transports"].items()},
+        waiting=tuple(data["waiting"]),
+        reaches={name: (tuple(start), tuple(goal)) for name, (start, goal) in data["reaches"].items()},
+    )
 
 
 def _mistake(path: Path | str, what: str, remedy: str) -> InvalidInputError:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.scenario.model import Tolerances
+from drake_ltl.verification import poses
 from drake_ltl.verification.expected import Expected
+from drake_ltl.verification.mechanics import Mechanics
+from drake_ltl.verification.poses import matrices
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import Span
 from drake_ltl.verification.violations import Violation, where_bad
@@ -42,25 +47,60 @@ def grasp_violations(
             yield Violation("grasp", (agent,), what, float(time[-1]), span.number)
 
 
-def weld_violations(recording: Recording, span: Span, tolerances: Tolerances) -> Iterator[Violation]:
+@dataclass(frozen=True)
+class WeldErrors:
+    """How well grippers keep to what they are welded to; zero while they are not."""
+
+    gap: np.ndarray
+    """(T, N) [m] between the gripper's frame and the grasp frame on the object."""
+    angle: np.ndarray
+    """(T, N) [rad]"""
+
+
+def weld_errors(recording: Recording, mechanics: Mechanics) -> WeldErrors:
+    """Worked out from joints and poses. A grasp frame is any turn of the object's ring frame about its axis; which
+    one is held shows when the weld begins."""
+    gap, angle = np.zeros(recording.grasp.shape), np.zeros(recording.grasp.shape)
+    for column, agent in enumerate(recording.agents):
+        held = recording.grasp[:, column]
+        bounds = [0, *(np.flatnonzero(np.diff(held)) + 1).tolist(), len(held)]
+        for rows in (slice(first, after) for first, after in pairwise(bounds) if held[first] != NOTHING):
+            obj = recording.objects[held[rows.start]]
+            X_OE = np.linalg.inv(matrices(recording.pose[obj][rows])) @ mechanics.gripper[agent][rows]
+            X_OR = _nearest_on_ring(mechanics.ring[obj], X_OE[0])
+            gap[rows, column] = np.linalg.norm(X_OE[:, :3, 3] - X_OR[:3, 3], axis=1)
+            angle[rows, column] = poses.angle(X_OR[:3, :3].T @ X_OE[:, :3, :3])
+    return WeldErrors(gap, angle)
+
+
+def _nearest_on_ring(X_OG: np.ndarray, X_OE: np.ndarray) -> np.ndarray:
+    """The grasp frame at the gripper's azimuth; a parallel gripper may be turned by half a turn about its own z."""
+    azimuth = np.arctan2(X_OE[1, 3], X_OE[0, 3]) - np.arctan2(X_OG[1, 3], X_OG[0, 3])
+    frames = [_turn(azimuth) @ X_OG @ _turn(flip) for flip in (0.0, np.pi)]
+    return min(frames, key=lambda X_OR: poses.angle(X_OR[:3, :3].T @ X_OE[:3, :3]))
+
+
+def _turn(angle: float) -> np.ndarray:
+    X = np.eye(4)
+    X[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return X
+
+
+def weld_violations(
+    recording: Recording, errors: WeldErrors, span: Span, tolerances: Tolerances
+) -> Iterator[Violation]:
     """Welds that gape. None counts as open at what the scenario lets it be made with."""
     time = recording.time[span.own]
     limits = (
-        (recording.weld_gap, max(HELD_GAP, tolerances.weld_position), "m", "mm", 1e3),
-        (recording.weld_angle, max(HELD_ANGLE, tolerances.weld_angle), "rad", "degrees", 180.0 / np.pi),
+        (errors.gap, max(HELD_GAP, tolerances.weld_position), "m", "mm", 1e3),
+        (errors.angle, max(HELD_ANGLE, tolerances.weld_angle), "rad", "degrees", 180.0 / np.pi),
     )
     for column, agent in enumerate(recording.agents):
-        welded = recording.grasp[span.own, column] != NOTHING
         for error, limit, unit, shown_in, scale in limits:
             what = f"the weld of {agent} is off by more than {scale * limit:.3g} {shown_in}"
             violation = Violation("weld", (agent,), what, step=span.number, unit=unit)
             off = error[span.own, column]
-            yield from where_bad(violation, welded & (off > limit), off, time)
-
-
-def largest_weld_error(recording: Recording, error: np.ndarray) -> float:
-    """Of `weld_gap` [m] or `weld_angle` [rad] over all that is welded; 0 if nothing ever is."""
-    return float(error[recording.grasp != NOTHING].max(initial=0.0))
+            yield from where_bad(violation, off > limit, off, time)
 
 
 def _index(recording: Recording, obj: str | None) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import Scenario, loads
+from drake_ltl.verification.bodies import body_violations
 from drake_ltl.verification.clearances import (
     KINDS,
     clearance_violations,
@@ -15,9 +16,11 @@ from drake_ltl.verification.clearances import (
 )
 from drake_ltl.verification.data import data_violations, finite_part
 from drake_ltl.verification.expected import Expected, action_violations, expectations
-from drake_ltl.verification.grasps import grasp_violations, largest_weld_error, weld_violations
+from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_errors, weld_violations
 from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
-from drake_ltl.verification.objects import object_violations
+from drake_ltl.verification.mechanics import Mechanics
+from drake_ltl.verification.motion import motion_violations
+from drake_ltl.verification.objects import largest_tilt, object_violations
 from drake_ltl.verification.regions import region_at, region_violations, start_violations
 from drake_ltl.verification.rest import rest_violations
 from drake_ltl.verification.roles import Roles, step_roles
@@ -28,18 +31,22 @@ from drake_ltl.verification.violations import Violation, merged
 from drake_ltl.verification.word import readings, word_violations
 
 
-def verify(recording: Recording, scenario: Scenario | None = None) -> Verdict:
+def verify(recording: Recording, scenario: Scenario | None = None, mechanics: Mechanics | None = None) -> Verdict:
     """Judges a run by its recording alone.
 
-    Every premise and every clause of Defs. 1 to 4 (regions, clearances, regions that are to be kept away from,
-    grasps), V that does not increase, rest at the ends of steps, and the temporal logic formulas on the word that
-    the poses spell. A run that ends early is judged as far as it goes, and violated.
+    The recording has to agree with itself and with the scenario's models: spheres with joints, positions with
+    velocities, grippers with what they hold, V with the motion. Of the motion every premise and every clause of
+    Defs. 1 to 4 is judged (regions, clearances, regions that are to be kept away from, grasps), V that does not
+    increase, rest at the ends of steps, and the temporal logic formulas on the word that the poses spell. A run that
+    ends early is judged as far as it goes, and violated.
 
     Args:
         scenario: what the run should do; by default what the recording's own text says.
+        mechanics: what the scenario's models make of the recorded joints; by default worked out with Drake
+            (`models.work_out`), which takes the longest of all.
 
     Raises:
-        InvalidInputError: it is no recording of its scenario, or contradicts itself.
+        InvalidInputError: it is no recording of its scenario, or a model cannot be used.
         MissingDependencyError: Spot is not installed.
     """
     if scenario is None:
@@ -50,14 +57,20 @@ def verify(recording: Recording, scenario: Scenario | None = None) -> Verdict:
         violations.append(_stopped(recording))
     whole, recording = recording, finite_part(recording)
     if not len(recording.time):
-        return Verdict(False, tuple(violations), (), whole.steps, dict.fromkeys(KINDS), 0.0, 0.0, 0.0, 0.0)
+        return Verdict(False, tuple(violations), (), whole.steps, dict.fromkeys(KINDS), 0.0, 0.0, 0.0, 0.0, 0.0)
+    if mechanics is None:
+        from drake_ltl.verification.models import work_out  # loads Drake
+
+        mechanics = work_out(recording, scenario)
     run = _run(recording, scenario)
     clearances = [c for span, roles in run.pairs for c in step_clearances(recording, scenario, span, roles)]
-    rises = lyapunov_rises(recording)
+    welds = weld_errors(recording, mechanics)
+    rises = lyapunov_rises(recording, mechanics.lyapunov)
     states = readings(recording, scenario, run.spans)
+    violations += motion_violations(recording, run.spans)
     violations += clearance_violations(clearances)
-    violations += _conduct_violations(recording, scenario, run)
-    violations += lyapunov_violations(recording, run.spans, run.roles, rises)
+    violations += _conduct_violations(recording, scenario, run, mechanics, welds)
+    violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises)
     violations += word_violations(recording, scenario, states)
     return Verdict(
         satisfied=not violations,
@@ -66,8 +79,9 @@ def verify(recording: Recording, scenario: Scenario | None = None) -> Verdict:
         steps=whole.steps,
         min_clearance=least_of_each_kind(clearances),
         max_lyapunov_increase=float(rises.max()),
-        max_weld_error=largest_weld_error(recording, recording.weld_gap),
-        max_weld_angle=largest_weld_error(recording, recording.weld_angle),
+        max_weld_error=float(welds.gap.max(initial=0.0)),
+        max_weld_angle=float(welds.angle.max(initial=0.0)),
+        max_tilt=largest_tilt(recording),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
     )
 
@@ -99,7 +113,9 @@ def _run(recording: Recording, scenario: Scenario) -> _Run:
     return _Run(spans, tuple(roles), tuple(expected))
 
 
-def _conduct_violations(recording: Recording, scenario: Scenario, run: _Run) -> Iterator[Violation]:
+def _conduct_violations(
+    recording: Recording, scenario: Scenario, run: _Run, mechanics: Mechanics, welds: WeldErrors
+) -> Iterator[Violation]:
     """Everybody where they should be, welded to what they should hold, at rest when a step ends."""
     yield from start_violations(recording, run.expected[0])
     yield from action_violations(run.expected, run.spans, recording.time)
@@ -107,7 +123,8 @@ def _conduct_violations(recording: Recording, scenario: Scenario, run: _Run) -> 
         before, after = run.expected[index], run.expected[index + 1]
         yield from region_violations(recording, scenario, span, roles, before, after)
         yield from grasp_violations(recording, span, roles, before, after)
-        yield from weld_violations(recording, span, scenario.tolerances)
+        yield from weld_violations(recording, welds, span, scenario.tolerances)
+        yield from body_violations(recording, mechanics, span, roles)
         yield from rest_violations(recording, span, scenario.tolerances)
     yield from object_violations(recording, run.spans, run.roles, scenario.tolerances)
 

@@ -16,29 +16,38 @@ RISE = 1e-6
 """Rise of V that counts as none, relative to V at the begin of its interval: what rounding explains."""
 
 
-def lyapunov_rises(recording: Recording) -> np.ndarray:
-    """(T,) how far V is above its lowest value so far, relative to V at the begin of its (step, phase).
+AGREEMENT = 1e-6
+"""Difference between the recorded V and V worked out anew that rounding explains, relative to the larger."""
+LEAST_V = 1e-3
+"""... or to this, where both are smaller [J]."""
+
+
+def lyapunov_rises(recording: Recording, V: np.ndarray) -> np.ndarray:
+    """(T,) how far V (T,) is above its lowest value so far, relative to V at the begin of its (step, phase).
 
     V is one function within each (step, phase), in which the movers and their goals stay the same. A slow rise
     over many samples counts in full; from V = 0 any rise is infinite.
     """
     rises = np.zeros(len(recording.time))
     for interval in _intervals(recording):
-        V = recording.lyapunov[interval]
-        above = V - np.minimum.accumulate(V)
-        rises[interval] = above / V[0] if V[0] > 0.0 else np.where(above > 0.0, np.inf, 0.0)
+        here = V[interval]
+        above = here - np.minimum.accumulate(here)
+        rises[interval] = above / here[0] if here[0] > 0.0 else np.where(above > 0.0, np.inf, 0.0)
     return rises
 
 
 def lyapunov_violations(
-    recording: Recording, spans: Sequence[Span], roles: Sequence[Roles], rises: np.ndarray
+    recording: Recording, V: np.ndarray, spans: Sequence[Span], roles: Sequence[Roles], rises: np.ndarray
 ) -> Iterator[Violation]:
-    """Steps in which V rises, or in which something moves without a V that could fall."""
+    """Steps in which V rises, in which something moves without a V that could fall, or whose recorded V is none."""
+    off = np.abs(recording.lyapunov - V) / np.maximum(np.maximum(np.abs(V), np.abs(recording.lyapunov)), LEAST_V)
     for span, step in zip(spans, roles, strict=True):
         time = recording.time[span.own]
         violation = Violation("lyapunov", (), "V rises, relative to its start", step=span.number)
         yield from where_bad(violation, rises[span.own] > RISE, rises[span.own], time)
-        if step.movers and not recording.lyapunov[span.first] > 0.0:
+        violation = Violation("lyapunov", (), "the recorded V is not that of the motion", step=span.number)
+        yield from where_bad(violation, off[span.own] > AGREEMENT, off[span.own], time)
+        if step.movers and not V[span.first] > 0.0:
             names = tuple(str(mover) for mover in step.movers)
             what = f"{', '.join(names)} should move, but V is not positive"
             yield Violation("lyapunov", names, what, float(time[0]), span.number)

@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Tolerances
+from drake_ltl.verification.poses import rotations
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import Span
 from drake_ltl.verification.violations import Violation, where_bad
@@ -40,6 +41,12 @@ def object_violations(
             yield from where_bad(
                 Violation("object", (obj,), what, step=span.number, unit="rad"), turn > TURN, turn, time
             )
+
+
+def largest_tilt(recording: Recording) -> float:
+    """Largest angle between an object's z axis and the vertical [rad]."""
+    upright = [rotations(pose).as_matrix()[:, 2, 2].min() for pose in recording.pose.values()]
+    return float(np.arccos(np.clip(min(upright, default=1.0), -1.0, 1.0)))
 
 
 def _angle(quaternions: np.ndarray, reference: np.ndarray) -> np.ndarray:

@@ -31,6 +31,8 @@ class Verdict:
     """Largest gap of a weld [m]."""
     max_weld_angle: float
     """[rad]"""
+    max_tilt: float
+    """Largest angle between an object's axis and the vertical [rad]."""
     simulated_seconds: float
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InvalidInputError
-from drake_ltl.execution.recording import Recording, StepRecord
+from drake_ltl.execution.recording import IntervalRecord, Recording, StepRecord
 
 
 def make(samples: int = 5) -> Recording:
@@ -46,6 +46,11 @@ def make(samples: int = 5) -> Recording:
         ),
         completed=False,
         reason="interrupted",
+        intervals=(
+            IntervalRecord(
+                0, 1, {"a1": (0.5, 0.25, 0.0, 1.0)}, {"o1": (1.0, 2.0, 0.3)}, (), {"a2": ((0.0,) * 6, (1.0,) * 6)}
+            ),
+        ),
         time=np.linspace(0.0, 1.0, samples),
         q={"a1": array(samples, 4), "a2": array(samples, 6)},
         qd={"a1": array(samples, 4), "a2": array(samples, 6)},
@@ -56,8 +61,6 @@ def make(samples: int = 5) -> Recording:
         phase=np.zeros(samples, dtype=int),
         mode=np.zeros((samples, 2), dtype=int),
         grasp=np.full((samples, 2), -1),
-        weld_gap=array(samples, 2),
-        weld_angle=array(samples, 2),
         lyapunov=array(samples),
     )
 
@@ -116,7 +119,7 @@ def test_the_format_needs_no_library(tmp_path):
         header = json.loads(archive["header"].tobytes())
         assert archive["q/a2"].shape == (5, 6)
     assert header["format"] == "drake_ltl recording"
-    assert header["version"] == 1
+    assert header["version"] == 2
     assert header["steps"][0]["actions"][0]["kind"] == "travel"
 
 
@@ -173,7 +176,9 @@ def test_other_archives(tmp_path):
 @pytest.mark.parametrize(
     "change",
     [
-        {"version": 2},
+        {"version": 1},
+        {"version": 3},
+        {"intervals": [{"step": 0}]},
         {"version": None},
         {"format": "another"},
         {"agents": ["a1", "a9"]},

@@ -15,10 +15,13 @@ import yaml
 
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.scenario import Scenario, loads
+from drake_ltl.verification import models
+from drake_ltl.verification.mechanics import Mechanics
 
 TIME_STEP = 0.02
 SAMPLES_PER_STEP = 50
 HEIGHT = 0.2
+RING = 0.35  # of a crate's grasp ring
 APART, GRASPED = 1.5, 1.05  # distances of an agent from the crate it approaches; 1.1 m is where the spheres touch
 WEST, NORTH = np.array([-1.0, 0.0]), np.array([0.0, 1.0])
 PI1, PI2, PI3, PI4 = np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0], [10.0, 10.0]])
@@ -104,6 +107,44 @@ def recording(draw: Callable[[int], Recording]) -> Recording:
     return draw(9)
 
 
+@pytest.fixture(autouse=True)
+def drawn_mechanics(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawn bodies are what the recording says they are: spheres with a gripper that points at the crate."""
+    monkeypatch.setattr(models, "work_out", lambda recording, scenario: _mechanics(recording))
+
+
+def _mechanics(recording: Recording) -> Mechanics:
+    seen = np.arange(len(recording.time))
+    return Mechanics(
+        centre={name: way.copy() for name, way in recording.centre.items()},
+        gripper={
+            "a1": _grippers(recording.centre["a1"], -WEST),
+            "a2": _grippers(recording.centre["a2"], -NORTH),
+            "a3": _grippers(recording.centre["a3"], -NORTH),
+        },
+        ring=dict.fromkeys(OBJECTS, _gripper(np.array([RING, 0.0, 0.0]), WEST)),
+        lowest={name: pose[:, 6] - HEIGHT for name, pose in recording.pose.items()},
+        seen=seen,
+        reach={name: np.full(len(seen), 0.7) for name in AGENTS} | {name: np.array([0.4]) for name in OBJECTS},
+        team_reach={(obj, agent): np.full(len(seen), 2.4) for obj in OBJECTS for agent in AGENTS},
+        lyapunov=recording.lyapunov.copy(),
+    )
+
+
+def _grippers(centre: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """X_WE (T, 4, 4) of grippers that reach the ring of a crate GRASPED ahead of the sphere's centre."""
+    offset = np.array([*((GRASPED - RING) * ahead), 0.0])
+    return np.array([_gripper(p, ahead) for p in centre + offset])
+
+
+def _gripper(p: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """A gripper at p (3,) whose z axis points ahead and whose x axis points up."""
+    z, x = np.array([*ahead, 0.0]), np.array([0.0, 0.0, 1.0])
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = np.column_stack([x, np.cross(z, x), z]), p
+    return X
+
+
 def _draw(text: str, num_steps: int) -> Recording:
     plan = [STEPS[k if k < 9 else 1 + (k - 1) % 8] for k in range(num_steps)]
     samples = num_steps * SAMPLES_PER_STEP + 1
@@ -130,6 +171,7 @@ def _draw(text: str, num_steps: int) -> Recording:
         ),
         completed=True,
         reason="",
+        intervals=(),
         time=TIME_STEP * np.arange(samples),
         q={name: np.pad(way[name][:, :2], ((0, 0), (0, 2))) for name in AGENTS},
         qd={name: np.pad(speed[name][:, :2], ((0, 0), (0, 2))) for name in AGENTS},
@@ -140,27 +182,23 @@ def _draw(text: str, num_steps: int) -> Recording:
         phase=np.where(step == num_steps, 2, 0),
         mode=np.zeros((samples, 3), dtype=int),
         grasp=grasp,
-        weld_gap=np.where(grasp == NOTHING, 0.0, 1e-4),
-        weld_angle=np.where(grasp == NOTHING, 0.0, 1e-4),
         lyapunov=_lyapunov(plan, samples),
     )
 
 
 def _courses(plan: list, samples: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Positions and velocities (samples, 3) of everything, at rest between the steps."""
+    """Positions (samples, 3) of everything, at rest between the steps, and the velocities that lead to each."""
     tau = np.arange(SAMPLES_PER_STEP) / SAMPLES_PER_STEP
     course = (10 * tau**3 - 15 * tau**4 + 6 * tau**5)[:, None]
-    slope = (30 * tau**2 * (1 - tau) ** 2)[:, None] / (SAMPLES_PER_STEP * TIME_STEP)
     way = {name: np.full((samples, 3), HEIGHT) for name in (*AGENTS, *OBJECTS)}
-    speed = {name: np.zeros((samples, 3)) for name in way}
     way["a3"][:, :2], way["o2"][:, :2] = PI4 + NORTH, PI4 - NORTH
     for column, name in enumerate(("a1", "a2", "o1")):
         ends = [START[column], *(places[column] for _, places in plan)]
         for k, (start, goal) in enumerate(pairwise(ends)):
             rows = slice(k * SAMPLES_PER_STEP, (k + 1) * SAMPLES_PER_STEP)
-            way[name][rows, :2], speed[name][rows, :2] = start + course * (goal - start), slope * (goal - start)
+            way[name][rows, :2] = start + course * (goal - start)
         way[name][-1, :2] = ends[-1]
-    return way, speed
+    return way, {name: np.diff(p, axis=0, prepend=p[:1]) / TIME_STEP for name, p in way.items()}
 
 
 def _grasps(plan: list, samples: int) -> np.ndarray:
@@ -171,7 +209,7 @@ def _grasps(plan: list, samples: int) -> np.ndarray:
             for name in act["agents"]:
                 begin = k * SAMPLES_PER_STEP
                 if act["kind"] == "grasp":
-                    grasp[begin + SAMPLES_PER_STEP - 5 :, AGENTS.index(name)] = OBJECTS.index(act["object"])
+                    grasp[begin + SAMPLES_PER_STEP - 2 :, AGENTS.index(name)] = OBJECTS.index(act["object"])
                 elif act["kind"] == "release":
                     grasp[begin:, AGENTS.index(name)] = NOTHING
     return grasp

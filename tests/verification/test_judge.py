@@ -21,14 +21,16 @@ def during(step: int, begin: int = 20, end: int = 30) -> slice:
 
 
 def only(verdict: Verdict, kind: str) -> Violation:
-    """The one violation of a verdict, which is of this kind."""
-    assert [v.kind for v in verdict.violations] == [kind], "\n".join(map(str, verdict.violations))
+    """The one violation of a verdict, which is of this kind; what is put elsewhere also jumps."""
+    found = [v for v in verdict.violations if v.kind not in {"motion"} - {kind}]
+    assert [v.kind for v in found] == [kind], "\n".join(map(str, verdict.violations))
     assert not verdict.satisfied
-    return verdict.violations[0]
+    return found[0]
 
 
 def kinds(verdict: Verdict) -> set[str]:
-    return {v.kind for v in verdict.violations}
+    """All but the jumps of what is put elsewhere."""
+    return {v.kind for v in verdict.violations} - {"motion"}
 
 
 def respecified(recording: Recording, old: str, new: str) -> Recording:
@@ -47,7 +49,8 @@ def test_a_good_run_is_satisfied(recording):
     assert verdict.word[1] == verdict.word[9] == ("a1.pi2", "a2.dock", "a3.pi4", "o1.pi2", "o2.pi4")
     assert len(verdict.word) == 10
     assert verdict.simulated_seconds == pytest.approx(9.0)
-    assert verdict.max_weld_error == verdict.max_weld_angle == 1e-4
+    assert verdict.max_weld_error < 3e-4  # welded two samples before the gripper is quite there
+    assert verdict.max_weld_angle == pytest.approx(0.0, abs=1e-12)
     assert verdict.max_lyapunov_increase == 0.0
 
 
@@ -254,6 +257,13 @@ def test_workspace_left(recording):
 # Grasps.
 
 
+def grasped_wrongly(verdict: Verdict) -> Violation:
+    """The one wrong grasp, by a gripper that is not there."""
+    assert kinds(verdict) == {"grasp", "weld"}
+    (violation,) = (v for v in verdict.violations if v.kind == "grasp")
+    return violation
+
+
 def test_weld_opened_in_a_transport(recording):
     recording.grasp[during(CARRY), 1] = NOTHING
     violation = only(verify(recording), "grasp")
@@ -269,12 +279,12 @@ def test_weld_opened_while_idle(recording):
 
 def test_welded_to_the_wrong_object(recording):
     recording.grasp[during(CARRY), 1] = 1
-    assert "o2 instead of o1" in only(verify(recording), "grasp").what
+    assert "o2 instead of o1" in grasped_wrongly(verify(recording)).what
 
 
 def test_bystander_is_welded(recording):
     recording.grasp[during(CARRY), 2] = 0
-    assert only(verify(recording), "grasp").who == ("a3",)
+    assert grasped_wrongly(verify(recording)).who == ("a3",)
 
 
 def test_grasp_never_made(recording):
@@ -284,21 +294,37 @@ def test_grasp_never_made(recording):
 
 def test_release_never_made(recording):
     recording.grasp[during(RELEASE, 0, PER_STEP), 1] = 0
-    assert only(verify(recording), "grasp").what == "a2 has not released o1"
+    assert grasped_wrongly(verify(recording)).what == "a2 has not released o1"
 
 
 def test_grasp_that_flickers(recording):
     recording.grasp[during(GRASP, 10, 20), 0] = 0
-    assert only(verify(recording), "grasp").what == "a1 changes its grasp 3 times in one step"
+    assert grasped_wrongly(verify(recording)).what == "a1 changes its grasp 3 times in one step"
 
 
-@pytest.mark.parametrize(("field", "size"), [("weld_gap", 4e-3), ("weld_angle", np.deg2rad(0.6))])
-def test_weld_gapes(recording, field, size):
-    getattr(recording, field)[during(CARRY), 1] = size
-    violation = only(verify(recording), "weld")
-    assert (violation.who, violation.worst) == (("a2",), size)
+def test_weld_gapes(recording):
+    recording.centre["a2"][during(CARRY), 2] += 4e-3
     verdict = verify(recording)
-    assert max(verdict.max_weld_error, verdict.max_weld_angle) == size
+    violation = only(verdict, "weld")
+    assert (violation.who, violation.worst) == (("a2",), pytest.approx(4e-3))
+    assert verdict.max_weld_error == violation.worst
+
+
+def test_weld_turns(recording):
+    """The crate, upright until then, turns away under both grippers: no joint can follow that."""
+    half = np.deg2rad(0.6) / 2
+    recording.pose["o1"][during(CARRY), :4] = [np.cos(half), 0.0, 0.0, np.sin(half)]
+    verdict = verify(recording)
+    turned = [v for v in verdict.violations if v.kind == "weld" and v.unit == "rad"]
+    assert [v.worst for v in turned] == pytest.approx([np.deg2rad(0.6)] * 2)
+    assert verdict.max_weld_angle == pytest.approx(np.deg2rad(0.6))
+
+
+def test_weld_beside_the_ring(recording):
+    """Held firmly, but where there is no handle."""
+    hold = recording.grasp[:, 1] == 0
+    recording.centre["a2"][hold, 1] += 0.01
+    assert only(verify(recording), "weld").worst == pytest.approx(0.01, abs=3e-4)
 
 
 def test_transport_by_others_than_the_holders(recording):
@@ -361,6 +387,7 @@ def test_movement_without_lyapunov_function(recording):
 @pytest.mark.parametrize("member", ["a1", "o1"])
 def test_not_at_rest(recording, member):
     velocity = recording.qd[member] if member == "a1" else recording.velocity[member]
+    velocity[(CARRY + 1) * PER_STEP] = 0.0
     velocity[(CARRY + 1) * PER_STEP, -1] = 0.1
     violation = only(verify(recording), "rest")
     assert (violation.who, violation.step, violation.worst) == ((member,), CARRY, 0.1)

@@ -82,6 +82,7 @@ def recording() -> Recording:
         ),
         completed=True,
         reason="",
+        intervals=(),
         time=time,
         q={name: points[:, :2] for name, points in centre.items()},
         qd={name: np.zeros((4 * SAMPLES, 2)) for name in centre},
@@ -92,7 +93,5 @@ def recording() -> Recording:
         phase=np.zeros(4 * SAMPLES, dtype=int),
         mode=mode,
         grasp=grasp,
-        weld_gap=np.zeros((4 * SAMPLES, 2)),
-        weld_angle=np.zeros((4 * SAMPLES, 2)),
         lyapunov=moving * np.concatenate([np.exp(-5 * s[:, 0]), still[:, 0]] * 2),
     )

@@ -1,0 +1,181 @@
+"""V = k psi + kinetic energy, formed from the recorded motion: another hand than the one that steers.
+
+psi = delta (sqrt(1 + w / delta^2) - 1), w = gamma / (G / G_goal)^(1/kappa), where gamma adds the squared errors of all
+movers and G is the product of the paper's functions beta, one for every pair of spheres that must stay apart. Who
+moves where is taken from the recording's intervals; everything else stands where it stood when the interval began.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from drake_ltl.execution.recording import IntervalRecord, Recording
+from drake_ltl.scenario.model import Scenario
+
+LEAST_KAPPA, KAPPA_PER_RELATION = 12.0, 1.25
+"""kappa where the scenario leaves it open."""
+TOUCHING = 1e300
+"""V where spheres touch [J]: in place of infinity, so that differences stay numbers."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """One navigation function's time, with what the models say of its goals."""
+
+    record: IntervalRecord
+    goals: Mapping[str, np.ndarray]
+    """Traveller -> c_z at its goal (3,) [m]."""
+    ends: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    """Agent that reaches -> c_i at both ends of its way [m]."""
+
+    def samples(self, recording: Recording) -> np.ndarray:
+        """Indices of its samples."""
+        return np.flatnonzero((recording.step == self.record.step) & (recording.phase == self.record.phase))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What moved, and how."""
+
+    recording: Recording
+    scenario: Scenario
+    centre: Mapping[str, np.ndarray]
+    """agent -> c_i (T, 3) [m]."""
+    energy: Mapping[str, np.ndarray]
+    """member -> kinetic energy (T,) [J]."""
+    gamma_weights: Mapping[str, np.ndarray]
+    """agent -> weight of each joint in gamma (n_i,)."""
+
+
+@dataclass(frozen=True)
+class _Sphere:
+    radius: float
+    way: np.ndarray
+    """(n, 3), or (1, 3) of what stands."""
+    goal: np.ndarray
+    """(3,)"""
+    regions: frozenset[str] = frozenset()
+    """Where a mover may be; empty for what stands."""
+
+
+def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray:
+    """V (n,) [J] at the samples `rows` (n,) of an interval; TOUCHING where spheres touch, there or at the goal."""
+    scenario, record = motion.scenario, interval.record
+    settings = scenario.controller
+    movers = [*_travellers(motion, interval, rows), *_teams(motion, interval, rows)]
+    others = [*_standing(motion, interval, max(int(rows[0]) - 1, 0))]
+    apart = [*_apart(motion, movers, others)]
+    inside = [*_inside(motion, movers)]
+    kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * (len(apart) + len(inside)))
+    log_G = _log_obstacle(motion, len(apart))
+    betas = [np.stack(columns, axis=-1) for columns in zip(*apart, *inside, strict=True)]
+    touching = (betas[0] <= 0.0).any(axis=-1) | (betas[1] <= 0.0).any()
+    with np.errstate(divide="ignore", invalid="ignore"):  # logarithms of betas <= 0
+        here, at_goal = map(log_G, betas)
+        w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
+    psi = w / settings.delta / (1.0 + np.sqrt(1.0 + w / settings.delta**2))
+    return np.where(touching, TOUCHING, settings.force * psi + _energy(motion, record, rows))
+
+
+def _log_obstacle(motion: Motion, n_apart: int) -> Callable[[np.ndarray], np.ndarray]:
+    """log G of betas (..., n), the first `n_apart` of which are those of pairs."""
+    settings = motion.scenario.controller
+    if not settings.lambda_:
+        return lambda betas: np.log(betas).sum(axis=-1)
+    from drake_ltl.navigation.obstacle import log_verified  # relation verification functions are not formed twice
+
+    log_G = log_verified(n_apart, settings.lambda_, settings.h)
+    return lambda betas: log_G(betas)[0]
+
+
+def _gamma(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
+    """(n,) [m^2]: errors of all movers, and 2 (1 - cos) of the tilt and turn of what is carried."""
+    recording, gamma = motion.recording, np.zeros(len(rows))
+    for name, goal in record.travels.items():
+        gamma += (recording.q[name][rows] - goal) ** 2 @ motion.gamma_weights[name]
+    for name, goal in record.transports.items():
+        pose = recording.pose[name][rows]
+        turned = 1.0 - pose[:, 0] ** 2 / np.einsum("ij,ij->i", pose[:, :4], pose[:, :4])
+        gamma += ((pose[:, 4:] - goal) ** 2).sum(axis=1) + 4.0 * turned
+    return gamma
+
+
+def _energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
+    teams = {action["object"]: action["agents"] for action in _actions(motion, record) if action["kind"] == "transport"}
+    moving = [*record.travels, *record.transports, *(agent for name in record.transports for agent in teams[name])]
+    return sum((motion.energy[name][rows] for name in moving), np.zeros(len(rows)))
+
+
+def _actions(motion: Motion, record: IntervalRecord) -> tuple[dict, ...]:
+    return motion.recording.steps[record.step].actions
+
+
+def _travellers(motion: Motion, interval: Interval, rows: np.ndarray) -> Iterator[_Sphere]:
+    actions = _actions(motion, interval.record)
+    for name, goal in interval.goals.items():
+        (action,) = (a for a in actions if name in a["agents"])
+        regions = frozenset((action["from"], action["to"]))
+        yield _Sphere(motion.recording.agent_radius[name], motion.centre[name][rows], goal, regions)
+
+
+def _teams(motion: Motion, interval: Interval, rows: np.ndarray) -> Iterator[_Sphere]:
+    actions = _actions(motion, interval.record)
+    for name, goal in interval.record.transports.items():
+        (action,) = (a for a in actions if a["object"] == name)
+        regions = frozenset((action["from"], action["to"]))
+        way = motion.recording.pose[name][rows, 4:]
+        yield _Sphere(motion.recording.team_radius[name], way, np.array(goal), regions)
+
+
+def _standing(motion: Motion, interval: Interval, begin: int) -> Iterator[_Sphere]:
+    """What stands as it stood at the sample `begin`, those that reach at both ends of their way."""
+    recording, record = motion.recording, interval.record
+    in_teams = {
+        agent
+        for action in _actions(motion, record)
+        if action["kind"] == "transport" and action["object"] in (*record.transports, *record.waiting)
+        for agent in action["agents"]
+    }
+    for name in recording.agents:
+        if name in interval.ends:
+            start, goal = interval.ends[name]
+            radius = float(np.hypot(recording.agent_radius[name], np.linalg.norm(goal - start) / 2))
+            yield from (_Sphere(radius, end[None], end) for end in (start, goal))
+        elif name not in record.travels and name not in in_teams:
+            yield _still(recording.agent_radius[name], motion.centre[name][begin])
+    for name in recording.objects:
+        if name not in record.transports:
+            radii = recording.team_radius if name in record.waiting else recording.object_radius
+            yield _still(radii[name], recording.pose[name][begin, 4:])
+
+
+def _still(radius: float, p: np.ndarray) -> _Sphere:
+    return _Sphere(radius, p[None], p)
+
+
+def _apart(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """beta = |p_a - p_b|^2 - (r_a + r_b)^2 on the way (n,) and at the goal (), of all that must stay apart."""
+    pairs = [*combinations(movers, 2), *((mover, other) for mover in movers for other in others)]
+    for region in motion.scenario.regions:
+        ball = _still(region.radius, np.array(region.centre, dtype=float))
+        pairs += [(mover, ball) for mover in movers if region.name not in mover.regions]
+    for a, b in pairs:
+        least = (a.radius + b.radius) ** 2
+        yield ((a.way - b.way) ** 2).sum(axis=1) - least, ((a.goal - b.goal) ** 2).sum() - least
+
+
+def _inside(motion: Motion, movers: list[_Sphere]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """beta = (R - r)^2 - |p - centre|^2: in the workspace, and in the region that a mover does not leave."""
+    workspace = (np.zeros(3), motion.scenario.workspace_radius)
+    for mover in movers:
+        balls = [workspace]
+        if len(mover.regions) == 1:
+            region = motion.scenario.region(next(iter(mover.regions)))
+            balls.append((np.array(region.centre, dtype=float), region.radius))
+        for centre, radius in balls:
+            most = (radius - mover.radius) ** 2
+            yield most - ((mover.way - centre) ** 2).sum(axis=1), most - ((mover.goal - centre) ** 2).sum()
