@@ -66,6 +66,9 @@ def run(args: argparse.Namespace) -> int:
         return _no_plan(args, scenario, "unknown")
     out = console()
     out.print(plan_table(found, scenario))
+    out.print(
+        "not checked: whether the bodies find places in the regions (`simulate` does)", style="dim", highlight=False
+    )
     if args.method == "auto" and method == "bounded":
         out.print("too large to enumerate: planned by the bounded method")
     write_json(args.json, plan_to_json(found, scenario))

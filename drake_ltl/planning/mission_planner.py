@@ -50,8 +50,8 @@ def plan_mission(
         its lower bound.
 
     Raises:
-        InfeasibleError: no plan satisfies the formula, or none of those tried can be placed; says what could not
-            be placed, and why.
+        InfeasibleError: no plan satisfies the formula, or none of those tried can be placed; then it says how many
+            were tried, and for the cheapest and the last at which step which bodies found no places.
     """
     fits = fits or GeometricFits(scenario, geometry)
     start, system = initial_state(scenario, starts), form(scenario, fits, sum_rule(scenario))
@@ -62,10 +62,12 @@ def plan_mission(
         try:
             found = plan(scenario, start, fits, system=system.keep(~widths[0]) if failures else system)
         except InfeasibleError as error:
-            if failures and len(widths) > 1:
+            if not failures:
+                raise
+            if len(widths) > 1:
                 del widths[0]
                 continue
-            raise InfeasibleError(_because(str(error), failures)) from error
+            raise _refusal(failures) from error
         least = least or found
         try:
             return place(_bounded(found, least), scenario, geometry, starts)
@@ -73,7 +75,7 @@ def plan_mission(
             failures.append(str(error))
             for width, more in zip(reversed(widths), _alike(system, found, error), strict=False):
                 width |= more
-    raise InfeasibleError(_because(f"none of {max_attempts} plans can be carried out", failures))
+    raise _refusal(failures)
 
 
 def _alike(system: TransitionSystem, found: Plan, error: PlacementError) -> list[NDArray[np.bool_]]:
@@ -115,6 +117,9 @@ def _bounded(found: Plan, least: Plan) -> Plan:
     return replace(found, status="feasible", lower_bound=least.lower_bound)
 
 
-def _because(text: str, failures: list[str]) -> str:
-    different = list(dict.fromkeys(failures))
-    return "; ".join([text, *(f"could not be placed: {failure}" for failure in different[-5:])])
+def _refusal(failures: list[str]) -> InfeasibleError:
+    """It is not a formula that stands against these plans: the bodies do not fit as they would have to."""
+    count = "the only plan tried" if len(failures) == 1 else f"any of the {len(failures)} plans tried"
+    first, last = failures[0], failures[-1]
+    text = f"no places for the bodies were found in {count}; the cheapest fails at {first}"
+    return InfeasibleError(text if first == last else f"{text}; the last fails at {last}")

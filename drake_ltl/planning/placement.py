@@ -27,7 +27,7 @@ def place(plan: Plan, scenario: Scenario, geometry: Geometry, starts: Starts) ->
     come back to exactly its given start, its first round is made part of the prefix.
 
     Raises:
-        PlacementError: if no places are found; `step` is the move that no try got beyond.
+        PlacementError: if no places are found; `step` is the index of the move that no try got beyond.
     """
     for margin in MARGINS:
         for rounds in (0, 1):
@@ -56,8 +56,8 @@ def _place(
 def _failure(plan: Plan, timeline: Timeline, error: DeadEndError) -> PlacementError:
     reason = error.reasons[-1]
     step = timeline.plan_moves[reason.step]
-    actions = "; ".join(_describe(action) for action in plan.moves[step]) or "nobody moves"
-    message = f"move {step} ({actions}), whatever places are tried: {error}"
+    actions = "; ".join(_describe(action) for action in plan.moves[step]) or "all wait"
+    message = f"step {step + 1} ({actions}), whatever places are tried: {error}"
     bodies = frozenset().union(*(reason.bodies for reason in error.reasons))
     return PlacementError(message, step, reason.region, sorted(bodies))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rich import box
-from rich.markup import escape
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -16,29 +16,21 @@ from drake_ltl.scenario.model import Scenario
 _HARD_SPACE = "\N{NO-BREAK SPACE}"  # lines break between actions, not within
 
 
-def plan_table(plan: Plan, scenario: Scenario) -> Table:
-    """One row per state with the actions that lead to it; states of the suffix are marked with a star.
+def plan_table(plan: Plan, scenario: Scenario) -> RenderableType:
+    """One row per step with its actions, numbered from 1 as in all outputs; steps of the suffix are marked with a star.
 
-    The last row is the move that leads from the suffix's last state back to its first.
+    The last step leads from the suffix's last state back to its first.
     """
-    table = Table(
-        title=f"Plan of {scenario.name}" if scenario.name else None,
-        caption=_caption(plan, scenario),
-        box=box.SIMPLE_HEAD,
-        title_justify="left",
-        caption_justify="left",
-        row_styles=("", "dim"),
-    )
-    table.add_column("state", justify="right", no_wrap=True)
-    table.add_column("actions that lead to it", overflow="fold")
-    into = [_start(plan.states[0], scenario), *map(_actions, plan.moves)]
-    for number in range(1, len(plan.states) + 1):
-        starred = number > plan.loop
-        if starred and number == plan.loop + 1 and number > 1:
+    table = Table(box=box.SIMPLE_HEAD, row_styles=("", "dim"))
+    table.add_column("step", justify="right", no_wrap=True)
+    table.add_column("actions", overflow="fold")
+    table.add_row("", _start(plan.states[0], scenario))
+    for number, actions in enumerate(plan.moves, start=1):
+        if number == plan.loop + 1:
             table.add_section()
-        table.add_row(f"{number}*" if starred else f"{number} ", into[number - 1])
-    table.add_row(f"\N{RIGHTWARDS ARROW} {plan.loop + 1}*", into[-1])
-    return table
+        table.add_row(f"{number}*" if number > plan.loop else f"{number} ", _actions(actions))
+    title = [Text(f"Plan of {scenario.name}", style="italic")] if scenario.name else []
+    return Group(*title, table, Text("\n".join(_notes(plan, scenario))))
 
 
 def action_text(action: Action) -> str:
@@ -55,7 +47,7 @@ def action_text(action: Action) -> str:
 
 def _actions(actions: Iterable[Action]) -> Text:
     parts = [action_text(action).replace(" ", _HARD_SPACE) for action in actions]
-    return Text("; ".join(parts) or "\N{EN DASH}")
+    return Text("; ".join(parts) or "all wait")
 
 
 def _start(state: State, scenario: Scenario) -> Text:
@@ -70,9 +62,9 @@ def _start(state: State, scenario: Scenario) -> Text:
     return Text("start: " + ", ".join(part.replace(" ", _HARD_SPACE) for part in parts))
 
 
-def _caption(plan: Plan, scenario: Scenario) -> str:
+def _notes(plan: Plan, scenario: Scenario) -> list[str]:
     costs = f"J = {plan.cost:.6g} = {plan.prefix_cost:.6g} (prefix) + {plan.suffix_cost:.6g} (suffix), {plan.status}"
     if plan.status != "optimal":
         costs += f"; at least {plan.lower_bound:.6g}"
     note = stutter_note(scenario)
-    return "\n".join(["* repeated for ever", costs, *([escape(note)] if note else [])])
+    return ["* repeated for ever", costs, *([note] if note else [])]

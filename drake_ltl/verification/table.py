@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
 from rich import box
 from rich.console import Group, RenderableType
 from rich.padding import Padding
@@ -13,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.grasps import HELD_ANGLE, HELD_GAP
 from drake_ltl.verification.lyapunov import RISE
 from drake_ltl.verification.verdict import Verdict
 from drake_ltl.verification.violations import quantity
@@ -32,7 +32,7 @@ def verdict_table(verdict: Verdict, scenario: Scenario) -> RenderableType:
     word = "SATISFIED" if verdict.satisfied else "VIOLATED"
     head = Text.assemble((word, "bold green" if verdict.satisfied else "bold red"), f"  {scenario.name}")
     faults = [Padding(Text(str(violation), style="red"), (0, 0, 0, 2)) for violation in verdict.violations]
-    return Group(head, *faults, _steps(verdict, scenario), _numbers(verdict))
+    return Group(head, *faults, _steps(verdict, scenario), _numbers(verdict, scenario))
 
 
 def _steps(verdict: Verdict, scenario: Scenario) -> Table:
@@ -48,28 +48,31 @@ def _steps(verdict: Verdict, scenario: Scenario) -> Table:
     for index, step in enumerate(verdict.steps, start=1):
         texts = [action_text(action) for action in step.actions]
         letter = letters[index] if index < len(letters) else ""
-        table.add_row(str(index), "\n".join(texts) or "\N{EN DASH}", letter, f"{step.duration:.1f}")
+        table.add_row(str(index), "\n".join(texts) or "all wait", letter, f"{step.duration:.1f}")
     return table
 
 
-def _numbers(verdict: Verdict) -> Table:
+def _numbers(verdict: Verdict, scenario: Scenario) -> Table:
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
     table.add_column("measured", no_wrap=True)
     table.add_column("worst", justify="right", no_wrap=True)
     table.add_column("demanded", no_wrap=True)
-    for row in _rows(verdict):
+    for row in _rows(verdict, scenario):
         table.add_row(*row)
     return table
 
 
-def _rows(verdict: Verdict) -> Iterator[tuple[str, str, str]]:
+def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]]:
     for kind, name in _CLEARANCE_NAMES.items():
         value = verdict.min_clearance[kind]
         if value is not None:
             yield f"clearance {name}", quantity(value, "m"), "> 0"
     yield "rise of V, relative to its start", f"{verdict.max_lyapunov_increase:.3g}", f"<= {RISE:g}"
-    yield "gap of a weld", quantity(verdict.max_weld_error, "m"), ""
-    yield "turn of a weld", f"{np.rad2deg(verdict.max_weld_angle):.3g} degrees", ""
+    if any(action["kind"] == "grasp" for step in verdict.steps for action in step.actions):
+        gap = max(HELD_GAP, scenario.tolerances.weld_position)
+        angle = max(HELD_ANGLE, scenario.tolerances.weld_angle)
+        yield "gap of a weld", quantity(verdict.max_weld_error, "m"), f"<= {quantity(gap, 'm')}"
+        yield "turn of a weld", quantity(verdict.max_weld_angle, "rad"), f"<= {quantity(angle, 'rad')}"
     yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
 
 

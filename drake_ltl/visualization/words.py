@@ -22,7 +22,7 @@ def action_words(action: Mapping[str, Any]) -> str:
 
 def actions_words(actions: Iterable[Mapping[str, Any]]) -> list[str]:
     """A line for each action; a step in which nothing happens says so."""
-    return [action_words(action) for action in actions] or ["all stay"]
+    return [action_words(action) for action in actions] or ["all wait"]
 
 
 def step_heading(step: StepRecord, recording: Recording) -> str:

@@ -85,6 +85,31 @@ def test_table_fits_80_columns(recording, scenario):
     assert "a2.dock" in text
 
 
+def test_table_says_what_is_demanded_of_welds(recording, scenario):
+    rows = {
+        line.split("  ")[1].strip(): line.split() for line in rendered(recording, scenario).splitlines() if "  " in line
+    }
+    assert rows["gap of a weld"][-3:] == ["<=", "3", "mm"]
+    assert rows["turn of a weld"][-3:] == ["<=", "0.5", "degrees"]
+    lax = dataclasses.replace(scenario, tolerances=dataclasses.replace(scenario.tolerances, weld_position=0.02))
+    assert "<= 0.02 m" in printed(verdict_table(verify(recording), lax), 80)
+
+
+def test_table_says_nothing_of_welds_where_nothing_is_grasped(recording, scenario):
+    verdict = verify(recording)
+    travels = tuple(step for step in verdict.steps if all(action["kind"] == "travel" for action in step.actions))
+    text = printed(verdict_table(dataclasses.replace(verdict, steps=travels), scenario), 80)
+    assert travels
+    assert "weld" not in text
+
+
+def test_table_calls_a_step_without_actions_waiting(recording, scenario):
+    verdict = verify(recording)
+    idle = dataclasses.replace(verdict.steps[0], actions=())
+    text = printed(verdict_table(dataclasses.replace(verdict, steps=(idle,)), scenario), 80)
+    assert any(line.split()[:3] == ["1", "all", "wait"] for line in text.splitlines())
+
+
 def test_table_names_every_violation_on_a_line_of_its_own(broken, scenario):
     lines = rendered(broken, scenario, 120).splitlines()
     assert lines[0].startswith("VIOLATED")

@@ -19,7 +19,7 @@ def test_one_agent_carries():
 
 
 def test_nothing_to_do_is_said():
-    assert actions_words([]) == ["all stay"]
+    assert actions_words([]) == ["all wait"]
 
 
 def test_headings_say_which_part_of_the_run_it_is(recording):
