@@ -14,7 +14,12 @@ from scipy.sparse.csgraph import connected_components
 
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import labels
+from drake_ltl.spot_questions import OPTIONS, ask
+from drake_ltl.spot_questions import automaton as spot_automaton
 from drake_ltl.spot_support import require_spot
+
+MOST_DETERMINISTIC = 1000
+"""States of automata that are made deterministic; larger ones take long to make."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +70,22 @@ class Automaton:
 
 def translate(formula: str) -> Any:
     """The `spot.twa_graph` of a formula: generalised Buchi acceptance, deterministic if Spot finds it so."""
-    spot = require_spot()
-    parsed = spot.formula(formula)
-    automaton = parsed.translate("tgba", "deterministic")
-    return automaton if spot.is_deterministic(automaton) else parsed.translate("tgba", "small")
+    made = spot_automaton(formula, "tgba", "deterministic", options=f"{OPTIONS},det-max-states={MOST_DETERMINISTIC}")
+    return made if require_spot().is_deterministic(made) else spot_automaton(formula, "tgba", "small")
 
 
-def buchi_size(formula: str) -> tuple[int, int]:
-    """States and edges of the paper's automaton BA: state-based Buchi acceptance, small, complete."""
-    automaton = require_spot().formula(formula).translate("BA", "small", "complete")
-    return automaton.num_states(), automaton.num_edges()
+def buchi_size(formula: str, seconds: float | None = None) -> tuple[int, int]:
+    """States and edges of the paper's automaton BA: state-based Buchi acceptance, small, complete.
+
+    Raises:
+        TimeoutError: it takes longer than so many seconds.
+    """
+    return ask(_buchi_size, formula, seconds=seconds)
+
+
+def _buchi_size(formula: str) -> tuple[int, int]:
+    made = require_spot().formula(formula).translate("BA", "small", "complete", xargs=OPTIONS)
+    return made.num_states(), made.num_edges()
 
 
 def letters(system: TransitionSystem, propositions: list[str]) -> tuple[NDArray, NDArray]:

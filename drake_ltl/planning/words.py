@@ -8,6 +8,7 @@ from typing import Any
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.formulas import labels
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.spot_questions import OPTIONS, ask
 from drake_ltl.spot_support import require_spot
 
 Letter = frozenset[str]
@@ -34,6 +35,10 @@ def satisfies(formula: str, prefix: Sequence[Letter], cycle: Sequence[Letter]) -
     """
     if not cycle:
         raise ValueError("a word repeats at least one letter")
+    return ask(_satisfies, formula, prefix, cycle)
+
+
+def _satisfies(formula: str, prefix: Sequence[Letter], cycle: Sequence[Letter]) -> bool:
     spot = require_spot()
     parsed = spot.formula(formula)
     names = sorted(ap.ap_name() for ap in spot.atomic_prop_collect(parsed))
@@ -46,7 +51,10 @@ def satisfies(formula: str, prefix: Sequence[Letter], cycle: Sequence[Letter]) -
 
 def _accepted(spot: Any, word: Any, formula: Any) -> bool:
     """Whether the one word of an automaton satisfies a formula, and not its negation."""
-    return bool(word.intersects(formula.translate()) and not word.intersects(spot.formula.Not(formula).translate()))
+    wrong = spot.formula.Not(formula)
+    return bool(
+        word.intersects(formula.translate(xargs=OPTIONS)) and not word.intersects(wrong.translate(xargs=OPTIONS))
+    )
 
 
 def _literals(letter: Letter, names: Sequence[str]) -> str:

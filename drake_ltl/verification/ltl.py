@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 
+from drake_ltl.spot_questions import OPTIONS, ask
 from drake_ltl.spot_support import require_spot
 
 
@@ -22,13 +23,17 @@ def holds(formula: str, prefix: Sequence[AbstractSet[str]], cycle: Sequence[Abst
     """
     if not cycle:
         raise ValueError("a word that goes on for ever repeats at least one letter")
+    return ask(_holds, formula, prefix, cycle)
+
+
+def _holds(formula: str, prefix: Sequence[AbstractSet[str]], cycle: Sequence[AbstractSet[str]]) -> bool:
     spot = require_spot()
     parsed = spot.formula(formula)
     names = sorted(proposition.ap_name() for proposition in spot.atomic_prop_collect(parsed))
     letters = "".join(f"{_literals(letter, names)}; " for letter in prefix)
     repeated = "; ".join(_literals(letter, names) for letter in cycle)
     word = spot.parse_word(f"{letters}cycle{{{repeated}}}").as_automaton()
-    return not word.intersects(spot.formula.Not(parsed).translate())
+    return not word.intersects(spot.formula.Not(parsed).translate(xargs=OPTIONS))
 
 
 def _literals(letter: AbstractSet[str], names: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.spot_questions import automaton as translated
 from drake_ltl.spot_support import require_spot
 
 Cube = tuple[tuple[str, bool], ...]
@@ -129,12 +130,12 @@ def is_contradictory(scenario: Scenario) -> bool:
     The automaton of a whole formula grows exponentially with the number of its conjuncts.
     """
     formula = require_spot().formula(global_formula(scenario))
-    return len(_parts(formula)) <= _MOST_TOGETHER and bool(formula.translate("small").is_empty())
+    return len(_parts(formula)) <= _MOST_TOGETHER and bool(translated(str(formula), "small").is_empty())
 
 
 def automaton(formula: str) -> Conjunct:
     """A deterministic automaton of a formula."""
-    made = require_spot().formula(formula).translate("generic", "deterministic")
+    made = translated(formula, "generic", "deterministic")
     names = {made.register_ap(ap): ap.ap_name() for ap in made.ap()}
     buddy = importlib.import_module("buddy")  # comes with Spot
     edges, left = [], [buddy.bddtrue for _ in range(made.num_states())]
