@@ -11,7 +11,7 @@ from typing import Any
 
 from drake_ltl.scenario import model_files
 from drake_ltl.scenario.model import Agent, Region, TransportObject
-from drake_ltl.scenario.names import check_name
+from drake_ltl.scenario.names import check_name, is_name
 from drake_ltl.scenario.table import Table, UnfitValueError, did_you_mean, listing, shown
 
 ROUNDING = 1e-9
@@ -37,6 +37,11 @@ def name_list(value: Any) -> tuple[str, ...]:
     if len(set(names)) < len(names):
         raise UnfitValueError(f"{shown(value)} names a service twice", "write each once")
     return names
+
+
+def usable_names(*names: Any) -> list[str]:
+    """The names, or none of them if one cannot be used: what refers to it would be called unknown as well."""
+    return list(names) if all(map(is_name, names)) else []
 
 
 def text_keys(*tables: Table) -> list[str]:

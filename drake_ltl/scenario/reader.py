@@ -21,6 +21,7 @@ from drake_ltl.scenario.model import (
     Tolerances,
     TransportObject,
 )
+from drake_ltl.scenario.names import is_name
 from drake_ltl.scenario.table import Table, UnfitValueError, shown
 
 HEADING_STEP = 2 * math.pi / 3
@@ -52,6 +53,9 @@ def loads(text: str, *, base: Path | None = None, source_name: str = "scenario",
         check_models: look into the model files; a recording can be judged where they are not.
     """
     data = yaml_text.parse(text, source_name)
+    if data is None:
+        remedy = "write `regions:`, `agents:` and so on as in the examples"
+        raise InvalidInputError([Mistake(source_name, "is empty, or has comments only", remedy)])
     if not isinstance(data, dict):
         remedy = "write `regions:`, `agents:` and so on at the left margin"
         raise InvalidInputError([Mistake(source_name, f"{shown(data)} is not a map", remedy)])
@@ -73,8 +77,11 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
     checks.check_regions(regions, workspace_radius, regions_table)
 
     agents_table, objects_table = top.table("agents"), top.table("objects")
-    services = _services(top, agents_table, objects_table, regions)
-    known = _known(services, checks.text_keys(agents_table, objects_table), regions)
+    members = checks.usable_names(*agents_table, *objects_table)
+    mistakes_before = len(top.mistakes)
+    services = _services(top, members, regions)
+    sound = len(top.mistakes) == mistakes_before
+    known = _known(services, checks.text_keys(agents_table, objects_table), regions) if sound else {}
     team_radius = top.take("team_radius", read.positive, None)
     agents = _agents(agents_table, folder, known)
     objects = _objects(objects_table, folder, known, team_radius)
@@ -85,7 +92,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         regions=regions,
         agents=agents,
         objects=objects,
-        spec=top.take("spec", lambda value: formulas.check_global_formula(value, known or None), "1"),
+        spec=top.take("spec", lambda value: formulas.check_global_formula(value, (members and known) or None), "1"),
         services=services,
         cost=top.take("cost", read.one_of("squared_distance", "distance"), "squared_distance"),
         fits=_fits(top),
@@ -155,29 +162,27 @@ def _objects(
 
 
 def _known(services: Any, members: list[str], regions: tuple[Region, ...]) -> dict[str, tuple[str, ...]]:
-    """The propositions of each member; empty without regions, or one mistake would be reported many times."""
-    names = [region.name for region in regions if isinstance(region.name, str)]
-    return {member: formulas.own_propositions(services, member, names) for member in members if names}
+    """The propositions of each member with a usable name, if the regions have: one mistake is to be reported once."""
+    names = checks.usable_names(*(region.name for region in regions))
+    named = [member for member in members if is_name(member)]
+    return {member: formulas.own_propositions(services, member, names) for member in named if names}
 
 
 def _spec(entry: Table, known: tuple[str, ...] | None) -> str:
     return entry.take("spec", lambda value: formulas.check_member_formula(value, known), "1")
 
 
-def _services(
-    top: Table, agents: Table, objects: Table, regions: tuple[Region, ...]
-) -> dict[str, dict[str, tuple[str, ...]]]:
-    """L_i and L_j^O: member -> region -> names."""
+def _services(top: Table, members: list[str], regions: tuple[Region, ...]) -> dict[str, dict[str, tuple[str, ...]]]:
+    """L_i and L_j^O: member -> region -> names. `members` is empty if some of their names cannot be used."""
     table = top.table("services")
-    members = checks.text_keys(agents, objects)
-    names = [region.name for region in regions if isinstance(region.name, str)]
+    names = checks.usable_names(*(region.name for region in regions))
     services: dict[str, dict[str, tuple[str, ...]]] = {}
     for member, entry in table.tables():
-        if member not in members:
+        if members and member not in members:
             checks.note_unknown(member, members, "member", table)
         services[member] = {}
         for region in entry:
-            if region not in names:
+            if names and region not in names:
                 checks.note_unknown(region, names, "region", entry)
             services[member][region] = entry.take(region, checks.name_list) or ()
     return services

@@ -99,7 +99,7 @@ def shown(value: Any) -> str:
     try:
         text = repr(value)
     except ValueError:  # integers of thousands of digits have no decimal text
-        text = f"a huge {type(value).__name__}"
+        text = "a number of thousands of digits"
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 

@@ -8,6 +8,7 @@ and merge keys are read as text, `1e3` is a number as in YAML 1.2.
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from drake_ltl.errors import InvalidInputError, Mistake
 
 MAX_BYTES = 200_000
 """A scenario is a page or two of text; more is a mistake, and would take minutes to parse."""
+HUGE = 10**sys.int_info.default_max_str_digits
+"""What stands for whole numbers of more digits."""
 
 _KEPT_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float")}
 _QUOTE_FORMULAS = "write plain values, and formulas in double quotes"
@@ -55,6 +58,17 @@ class _PlainLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
 
+def _whole_number(loader: _PlainLoader, node: yaml.ScalarNode) -> int:
+    """Also of more digits than Python turns into a number: whoever wants a number then says that it is too large."""
+    try:
+        return loader.construct_yaml_int(node)
+    except ValueError:
+        if len(node.value) < sys.int_info.default_max_str_digits:
+            raise
+        return -HUGE if node.value.startswith("-") else HUGE
+
+
+_PlainLoader.add_constructor("tag:yaml.org,2002:int", _whole_number)
 _PlainLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
 )

@@ -261,14 +261,46 @@ def test_touching_regions_and_workspace_are_no_mistake(data):
 
 
 def test_keys_that_yaml_reads_as_other_than_text(data, complaints):
-    text = yaml.safe_dump(data).replace("  pi1:\n", "  on:\n")
-    assert "the name True is not text" in "\n".join(map(str, complaints(text)))
+    for key in ("on", "true", "Yes"):
+        (mistake,) = complaints(yaml.safe_dump(data).replace("  pi1:\n", f"  {key}:\n"))
+        assert (mistake.where, mistake.what) == ("regions.True", "the name is not text but True")
+        assert mistake.remedy.startswith("choose another")  # in quotes, `true` would be refused as well
+    (mistake,) = complaints(yaml.safe_dump(data).replace("  pi1:\n", "  1:\n"))
+    assert (mistake.where, mistake.what) == ("regions.1", "the name 1 is not text")
+    assert "beginning with a letter" in mistake.remedy  # quotes alone would not do
+
+
+@pytest.mark.parametrize(("kind", "name"), [("regions", "pi1"), ("agents", "a1"), ("objects", "o1")])
+def test_what_refers_to_a_name_that_cannot_be_used_is_not_called_unknown(data, complaints, kind, name):
+    """Formulas and services say `pi1`, which would be right."""
+    data |= {"spec": "F a1.pi1 & F o1.pi1", "services": {"a1": {"pi1": ["charge"]}, "o1": {"pi1": ["pi1"]}}}
+    data["agents"]["a1"]["spec"] = "GF charge & F pi2"
+    data[kind] = {name.title() if key == name else key: value for key, value in data[kind].items()}
+    (mistake,) = complaints(data)
+    assert mistake.where == f"{kind}.{name.title()}"
+
+
+def test_a_service_that_cannot_be_named_so_is_one_mistake(data, complaints):
+    data["services"] = {"a1": {"pi2": ["Charge"]}}
+    data["agents"]["a1"]["spec"] = "GF charge"
+    (mistake,) = complaints(data)
+    assert mistake.where == "services.a1.pi2"
+
+
+def test_a_number_of_thousands_of_digits_is_named_by_its_key(data, complaints):
+    for sign in ("", "-", "+"):
+        text = yaml.safe_dump(data).replace("power_needed: 2", f"power_needed: {sign}{'9' * 6000}")
+        (mistake,) = complaints(text)
+        assert mistake.where == "objects.o1.power_needed"
+        assert "a number of thousands of digits" in mistake.what
+        assert "1e-09 to 1e+09" in mistake.remedy
 
 
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("", "None is not a map"),
+        ("", "small.yaml: is empty"),
+        ("# nothing\n", "small.yaml: is empty"),
         ("- a\n- b", "['a', 'b'] is not a map"),
         ("a: [1", "at line 1"),
         ("a: 1\nb: 2\na: 3", "the key 'a' stands twice in one map at line 3, column 1"),
@@ -284,7 +316,6 @@ def test_keys_that_yaml_reads_as_other_than_text(data, complaints):
         ("a: 1\n---\nb: 2", "expected a single document"),
         ("a: \x07", "special characters are not allowed"),
         ("a: " + "[" * 5000, "nested too deeply"),
-        ("a: " + "9" * 9000, "a number that cannot be read"),
         ("a: 0b_", "a number that cannot be read"),
         ("#" * 300_000, "is longer than"),
     ],
