@@ -8,7 +8,7 @@ from pydrake.multibody.tree import JacobianWrtVariable, JointIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.multibody.collision_balls import body_balls, moved
-from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel
+from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel, require_collision_geometry
 from drake_ltl.scenario.model import Agent
 
 ARM_WEIGHT = 0.1
@@ -25,7 +25,7 @@ class AgentModel:
     """
 
     def __init__(self, agent: Agent):
-        """Raises InvalidInputError where the model cannot be used (see AddAgentModel)."""
+        """Raises InvalidInputError where the model cannot be used (see AddAgentModel) or has no collision geometry."""
         self.agent = agent
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
@@ -38,6 +38,7 @@ class AgentModel:
             [(body, body_balls(self.plant, scene_graph.model_inspector(), body, inside=inside)) for body in bodies]
             for inside in (False, True)
         )
+        require_collision_geometry([balls for _, balls in self._outer], f"agents.{agent.name}.model", agent.model)
         self._world = self.plant.world_frame()
         self._grasp = self.plant.GetFrameByName(GRASP_FRAME)
         self._centre = self.plant.GetFrameByName(CENTRE_FRAME)

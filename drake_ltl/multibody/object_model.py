@@ -8,7 +8,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.multibody.collision_balls import body_balls, farthest
-from drake_ltl.multibody.parsing import RING_FRAME, AddObjectModel
+from drake_ltl.multibody.parsing import RING_FRAME, AddObjectModel, require_collision_geometry
 from drake_ltl.scenario.model import TransportObject
 
 
@@ -16,7 +16,7 @@ class ObjectModel:
     """What is constant of an object. Its origin Oo is its centre of mass, as the paper's {O}."""
 
     def __init__(self, obj: TransportObject):
-        """Raises InvalidInputError where the model cannot be used (see AddObjectModel)."""
+        """Raises InvalidInputError where the model cannot be used (see AddObjectModel) or has no collision geometry."""
         builder = DiagramBuilder()
         plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
         instance = AddObjectModel(plant, obj)
@@ -32,6 +32,7 @@ class ObjectModel:
         """Rotational inertia (3, 3) about Oo in O [kg m^2]."""
         self.balls_O: np.ndarray = body_balls(plant, scene_graph.model_inspector(), body)
         """(n, 4) rows (x, y, z, radius) [m] in O; their convex hull covers the object."""
+        require_collision_geometry([self.balls_O], f"objects.{obj.name}.model", obj.model)
         self._inner_balls_O = body_balls(plant, scene_graph.model_inspector(), body, inside=True)
         self._body_name = body.name()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.dom import minidom
 from xml.parsers.expat import ExpatError
@@ -117,7 +118,8 @@ def _with_heading(agent: Agent, path: Path) -> str:
     except (OSError, ExpatError, ValueError) as error:
         raise _unparsable(where, path, error) from error
     _anchor_files(document, path.parent)
-    return document.toxml()
+    robot = document.documentElement.toxml()
+    return "\n" * (text.rstrip().count("\n") - robot.count("\n")) + robot  # messages then name the file's lines
 
 
 def _turn(agent: Agent, path: Path, document: minidom.Document) -> None:
@@ -182,6 +184,17 @@ def _parse(plant: MultibodyPlant, where: str, path: Path, name: str, text: str |
     return instance
 
 
+def require_collision_geometry(balls: Sequence[np.ndarray], where: str, model: str) -> None:
+    """Raises InvalidInputError for a model that nothing could touch: it would have no radius."""
+    if not any(map(len, balls)):
+        what = f"{resolve(model).name} has no collision geometry"
+        raise InvalidInputError(
+            [Mistake(where, what, "give its links <collision> elements: radii are measured of them")]
+        )
+
+
 def _unparsable(where: str, path: Path, error: Exception) -> InvalidInputError:
     reason = str(error).strip().splitlines()[-1]
+    for its_name in ("<literal-string>.urdf", f"/{path}", str(path)):  # what Drake calls a text, and a file
+        reason = reason.replace(its_name, path.name)
     return InvalidInputError([Mistake(where, f"{path.name} does not parse: {reason}", "mend the file")])

@@ -70,7 +70,17 @@ def check_agent(path: Path) -> int:
     for name, kind in joints[:BASE_JOINTS]:
         if kind != "prismatic":
             raise ValueError(f"joint {name!r} of {path.name} is {kind or 'of no type'}, not prismatic")
+    _check_limits(path)
     return len(joints) - BASE_JOINTS
+
+
+def _check_limits(path: Path) -> None:
+    """Drake ends the process where a lower limit is above the upper one."""
+    for joint in _root(path, ("robot",)).findall("joint"):
+        limit = joint.find("limit")
+        lower, upper = (float(limit.get(key, "0")) if limit is not None else 0.0 for key in ("lower", "upper"))
+        if not lower <= upper:
+            raise ValueError(f"joint {joint.get('name')!r} of {path.name} has a lower limit above the upper one")
 
 
 def check_object(path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from pydrake.geometry import SceneGraph
@@ -106,6 +108,28 @@ def test_an_agent_must_parse(tmp_path, make_agent, content, heading):
     mistake = the_mistake(AddAgentModel, make_agent(heading, path))
     assert mistake.where == "agents.a1.model"
     assert "robot.urdf" in mistake.what
+
+
+def test_messages_name_the_file_and_its_line(changed_model, make_agent, make_object):
+    for heading in (0.0, 0.7):
+        path = changed_model(ARM, {'name="q1" type="revolute"': 'name="q1" type="floaty"'})
+        line = 1 + path.read_text(encoding="utf-8").partition("floaty")[0].count("\n")
+        mistake = the_mistake(AddAgentModel, make_agent(heading, path))
+        assert f"planar_arm.urdf:{line}: " in mistake.what
+        assert "literal" not in mistake.what
+    path = changed_model(CRATE, {"</link>": "<boxx/></link>"})
+    mistake = the_mistake(AddObjectModel, make_object(path))
+    assert mistake.what.startswith("crate.sdf does not parse: crate.sdf:")
+    assert str(path.parent) not in mistake.what
+
+
+def test_models_that_nothing_could_touch(changed_model, make_agent, make_object):
+    for name, make, load in ((ARM, make_agent, AgentModel), (CRATE, make_object, ObjectModel)):
+        path = changed_model(name, {})
+        text = re.sub("<collision.*?</collision>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InvalidInputError, match="has no collision geometry"):
+            load(make(model=path))
 
 
 @pytest.mark.parametrize("content", [*(BROKEN[k] for k in ("not closed", "another language", "empty", "not text"))])

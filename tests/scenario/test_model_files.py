@@ -77,6 +77,22 @@ def test_model_that_is_no_object(tmp_path, data):
         load(tmp_path / "scenario.yaml")
 
 
+@pytest.mark.parametrize(("limit", "good"), [("-1 1", True), ("1 1", True), ("1 -1", False), ("nan 1", False)])
+def test_limits_are_in_order(tmp_path, limit, good):
+    """Drake would end the process."""
+    lower, upper = limit.split()
+    text = urdf("prismatic", "prismatic", "revolute", "revolute")
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        text.replace('type="revolute"/>', f'type="revolute"><limit lower="{lower}" upper="{upper}"/></joint>')
+    )
+    if good:
+        assert model_files.check_agent(path) == 2
+    else:
+        with pytest.raises(ValueError, match=r"'j2' of arm\.urdf has a lower limit above"):
+            model_files.check_agent(path)
+
+
 def test_paths_start_at_the_file_s_folder_and_become_absolute(tmp_path, data, monkeypatch):
     (tmp_path / "robots").mkdir()
     arm = tmp_path / "robots" / "arm.urdf"
