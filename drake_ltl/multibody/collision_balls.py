@@ -23,6 +23,9 @@ from drake_ltl.errors import DrakeLtlError
 RIM_SEGMENTS = 32
 """A cylinder's rim counts as the regular polygon around it with this many corners (0.5 % larger at its corners)."""
 
+RIM_POINTS = 128
+"""... and inside it as the polygon with this many corners (0.03 % smaller between them)."""
+
 
 def body_balls(
     plant: MultibodyPlant, inspector: SceneGraphInspector, body: RigidBody, *, inside: bool = False
@@ -54,7 +57,7 @@ def shape_balls(shape: Shape, *, inside: bool = False) -> np.ndarray:
 
     Args:
         inside: balls in the shape instead, whose hull reaches nearly as far. The two differ for round shapes
-            only: a cylinder, as 32 corners of its rim, and an ellipsoid, as points of its surface.
+            only: a cylinder, as many points of its rims, and an ellipsoid, as points of its surface.
 
     Raises:
         DrakeLtlError: an unbounded shape, such as a half-space.
@@ -69,8 +72,9 @@ def shape_balls(shape: Shape, *, inside: bool = False) -> np.ndarray:
     if isinstance(shape, Ellipsoid):
         return _points((_DIRECTIONS if inside else _CORNERS) * [shape.a(), shape.b(), shape.c()])
     if isinstance(shape, Cylinder):
-        corner = shape.radius() if inside else shape.radius() / np.cos(np.pi / RIM_SEGMENTS)
-        return _points(_prism(corner, shape.length() / 2))
+        segments = RIM_POINTS if inside else RIM_SEGMENTS
+        corner = shape.radius() if inside else shape.radius() / np.cos(np.pi / segments)
+        return _points(_prism(corner, shape.length() / 2, segments))
     if isinstance(shape, (Convex, Mesh)):
         surface = shape.GetConvexHull()
         return _points(np.array([surface.vertex(i) for i in range(surface.num_vertices())]))
@@ -87,9 +91,9 @@ def _points(points: np.ndarray) -> np.ndarray:
     return np.column_stack([points, np.zeros(len(points))])
 
 
-def _prism(corner: float, half_length: float) -> np.ndarray:
-    """Points (n, 3) of a prism about z whose corners are at a distance of `corner` from the axis."""
-    angles = 2 * np.pi * np.arange(RIM_SEGMENTS) / RIM_SEGMENTS
-    rim = corner * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(RIM_SEGMENTS)])
+def _prism(corner: float, half_length: float, segments: int) -> np.ndarray:
+    """Corners (2 segments, 3) of a prism about z, at a distance of `corner` from the axis."""
+    angles = 2 * np.pi * np.arange(segments) / segments
+    rim = corner * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(segments)])
     up = np.array([0.0, 0.0, half_length])
     return np.concatenate([rim - up, rim + up])

@@ -60,7 +60,7 @@ def round_up(length: float) -> float:
 def check_stated_radii(
     scenario: Scenario, agents: Mapping[str, AgentModel], objects: Mapping[str, ObjectModel], grasps: Grasps
 ) -> None:
-    """Compares with what the bodies reach for certain: points of theirs, nothing added for slack.
+    """Compares with what the bodies reach for certain: points of theirs, nothing added for slack (but to the advice).
 
     Agents are seen from `bounding_centre` in every sampled configuration, objects and teams from the object's
     origin, teams in every way in which an agent can grasp.
@@ -105,13 +105,13 @@ def _team_mistakes(
         reaches = {obj.name: _team_reach(agents, objects[obj.name], grasps, inner=True) for obj in members}
         name = max(reaches, key=reaches.__getitem__)
         body = f"who grasps {name}, or {name} itself, reaches from the origin of {name}"
-        yield from _too_small(key, members[0].team_radius, reaches[name], body)
+        yield from _too_small(key, members[0].team_radius, reaches[name], body, TEAM_SLACK)
 
 
-def _too_small(where: str, stated: float | None, reach: float, body: str) -> Iterator[Mistake]:
+def _too_small(where: str, stated: float | None, reach: float, body: str, slack: float = 0.0) -> Iterator[Mistake]:
     if stated is not None and stated < reach - ROUNDING:
         what = f"{stated!r} is less than the {reach:.4f} m that {body}"
-        yield Mistake(where, what, f"write at least {round_up(reach):g}, or leave it out")
+        yield Mistake(where, what, f"write at least {round_up(reach + slack):g}, or leave it out")
 
 
 def _agent_reach(model: AgentModel, *, inner: bool = False) -> float:

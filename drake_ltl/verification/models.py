@@ -32,7 +32,7 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
     pose = {name: matrices(recording.pose[name]) for name in objects}
     every = max(1, round(REACH_PERIOD / scenario.simulation.time_step))
     seen = np.arange(0, len(recording.time), every)
-    volumes = {name: [model.volume(q) for q in recording.q[name][seen]] for name, model in agents.items()}
+    volumes = {name: [model.inner_volume(q) for q in recording.q[name][seen]] for name, model in agents.items()}
     reach = {name: _farthest(volumes[name], centre[name][seen]) for name in agents}
     return Mechanics(
         centre=centre,
@@ -43,7 +43,7 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
         ring={name: model.X_OG.GetAsMatrix4() for name, model in objects.items()},
         lowest={name: _lowest(pose[name], model.balls_O) for name, model in objects.items()},
         seen=seen,
-        reach=reach | {name: np.array([model.radius]) for name, model in objects.items()},
+        reach=reach | {name: np.array([model.inner_radius]) for name, model in objects.items()},
         team_reach={
             (obj, agent): _farthest(volumes[agent], recording.pose[obj][seen, 4:])
             for obj in objects

@@ -14,7 +14,7 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.errors import DrakeLtlError
-from drake_ltl.multibody.collision_balls import RIM_SEGMENTS, body_balls, farthest, moved, shape_balls
+from drake_ltl.multibody.collision_balls import RIM_POINTS, RIM_SEGMENTS, body_balls, farthest, moved, shape_balls
 
 TETRAHEDRON = """\
 v 0 0 0
@@ -61,11 +61,11 @@ def test_hull_covers_the_shape(name, a, b, c, direction):
 @pytest.mark.parametrize("name", SHAPES)
 @given(a=lengths, b=lengths, c=lengths, direction=directions)
 def test_inner_balls_stay_inside_the_shape_and_reach_nearly_as_far(name, a, b, c, direction):
-    """Rims have 32 corners (0.5 % short between them); the ellipsoid's points are up to 7 degrees apart (1.5 %)."""
+    """Rims have 128 corners (0.03 % short between them); the ellipsoid's points are up to 7 degrees apart (1.5 %)."""
     make, by_hand = SHAPES[name]
     reach, exact = support(shape_balls(make(a, b, c), inside=True), direction), by_hand(direction, a, b, c)
     assert reach <= exact + 1e-12
-    assert reach >= (1 - 0.015 if name == "ellipsoid" else np.cos(np.pi / RIM_SEGMENTS)) * exact - 1e-12
+    assert reach >= (1 - 0.015 if name == "ellipsoid" else np.cos(np.pi / RIM_POINTS)) * exact - 1e-12
 
 
 @pytest.mark.parametrize("name", ["box", "sphere", "capsule"])

@@ -74,7 +74,7 @@ def test_a_team_radius_of_one_object_is_named_where_it_stands(case_ii):
 def test_what_is_asked_for_passes_and_a_millimetre_less_does_not(case_ii, unstated):
     agent = max(unstated.agent_radius.values())
     obj = max(unstated.object_radius.values())
-    team = round_up(max(unstated.team_radius.values()) - TEAM_SLACK)  # measured ones have some slack: not demanded
+    team = round_up(max(unstated.team_radius.values()) - TEAM_SLACK)  # advised is some slack: not demanded
     geometry = MeasureGeometry(stating(case_ii, agent, obj, team)).geometry
     assert set(geometry.team_radius.values()) == {team}
     less = refusals(stating(case_ii, agent - 0.001, obj - 0.001, team - 0.001))
