@@ -18,7 +18,8 @@ from drake_ltl.errors import SearchLimitError
 T = TypeVar("T")
 
 _PR_SET_PDEATHSIG = 1
-"""Of Linux's prctl: the signal a process gets when its parent ends."""
+_PR_SET_CHILD_SUBREAPER = 36
+"""Of Linux's prctl: the signal a process gets when its parent ends; that a process is the parent of all below it."""
 
 
 def fork() -> int:
@@ -29,12 +30,31 @@ def fork() -> int:
         warnings.simplefilter("ignore", DeprecationWarning)
         child = os.fork()
     if child == 0 and sys.platform == "linux":
-        import ctypes  # the parent may do without
-
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
+        _prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
         if os.getppid() != parent:
             os._exit(1)
     return child
+
+
+def adopt() -> None:
+    """Makes this process the parent of what its children leave behind (on Linux)."""
+    if sys.platform == "linux":
+        _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def bury(seconds: float) -> None:
+    """Waits until all children have ended, but not longer than some time."""
+    end = time.monotonic() + seconds
+    with suppress(ChildProcessError):
+        while time.monotonic() < end:
+            if os.waitpid(-1, os.WNOHANG)[0] == 0:
+                time.sleep(0.005)
+
+
+def _prctl(option: int, value: int) -> None:
+    import ctypes  # takes a while to load
+
+    ctypes.CDLL(None).prctl(option, value)
 
 
 def apart(function: Callable[..., T], *arguments: object, seconds: float | None = None) -> T:

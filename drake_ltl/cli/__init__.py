@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import argparse
+import os
 import sys
-from collections.abc import Sequence
 
-import drake_ltl
-from drake_ltl.cli import plan, simulate, verify
-from drake_ltl.cli.outcome import BAD_INPUT, INTERRUPTED, complain, silence_stdout
-from drake_ltl.errors import DrakeLtlError, InvalidInputError
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Sequence
+
+# Everything else is loaded by the functions below: until `entry_point` is called nobody handles Ctrl-C.
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit status.
+    """Runs one command in this process and returns its exit status.
 
-    0: satisfied, or a plan was found; 1: violated or infeasible; 2: bad input, one line per mistake on stderr.
+    0: satisfied, or a plan was found; 1: violated or infeasible; 2: bad input, one line per mistake on stderr;
+    130: interrupted.
     """
-    args = _parser().parse_args(arguments)
+    from drake_ltl.cli.outcome import complain
+    from drake_ltl.cli.statuses import BAD_INPUT, INTERRUPTED
+    from drake_ltl.errors import DrakeLtlError, InvalidInputError
+
     try:
+        args = _parser().parse_args(arguments)
         return args.run(args)
     except InvalidInputError as error:
         complain(str(error))
@@ -33,12 +39,46 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def entry_point() -> None:
     """What the installed script calls."""
-    status = main()
     try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        silence_stdout()
+        _open_closed_streams()
+        from drake_ltl.cli.guard import guarded
+
+        status = guarded(_run_and_flush)
+    except KeyboardInterrupt:
+        os.write(2, b"interrupted\n")
+        status = 130
     sys.exit(status)
+
+
+def _run_and_flush() -> int:
+    """The command in its own process, up to the last byte that it writes."""
+    import signal
+
+    from drake_ltl.cli.outcome import complain, naming_stdout, silence
+    from drake_ltl.cli.statuses import BAD_INPUT, SUCCESS
+
+    try:
+        status = main()
+    except SystemExit as done:  # argparse, after help or a mistake
+        status = done.code if isinstance(done.code, int) else SUCCESS
+    signal.signal(signal.SIGUSR1, signal.SIG_IGN)  # nothing is left to save
+    try:
+        with naming_stdout():
+            sys.stdout.flush()
+    except BrokenPipeError:
+        silence(sys.stdout)
+    except OSError as error:
+        complain(_one_line(error))
+        return BAD_INPUT
+    return status
+
+
+def _open_closed_streams() -> None:
+    """Where a standard stream is closed (`>&-`), the next file opened would take its place and get what is printed."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
+            setattr(sys, name, open(number, mode, encoding="utf-8"))  # noqa: SIM115
 
 
 def _one_line(error: Exception) -> str:
@@ -48,6 +88,11 @@ def _one_line(error: Exception) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
+    import argparse
+
+    import drake_ltl
+    from drake_ltl.cli import plan, simulate, verify
+
     parser = argparse.ArgumentParser(
         prog="drake-ltl",
         description="Plans, simulates and verifies missions of robots and objects given in linear temporal logic.",

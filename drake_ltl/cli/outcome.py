@@ -1,4 +1,4 @@
-"""Exit statuses, and how a command speaks: results to stdout, complaints to stderr, data to files."""
+"""How a command speaks: results to stdout, complaints to stderr, data to files."""
 
 from __future__ import annotations
 
@@ -8,20 +8,14 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from rich.console import Console
 
 from drake_ltl.errors import InvalidInputError, Mistake, naming_file
-
-SUCCESS = 0
-FAILURE = 1
-"""Violated, or infeasible."""
-BAD_INPUT = 2
-INTERRUPTED = 130
 
 PIPE_WIDTH = 120
 """Columns of a table that is not shown on a terminal."""
@@ -33,20 +27,40 @@ def console() -> Console:
 
 
 class _Console(Console):
+    def print(self, *objects: Any, **options: Any) -> None:
+        with naming_stdout():
+            super().print(*objects, **options)
+
     def on_broken_pipe(self) -> None:
         """The reader of a pipe went away: say nothing more to it, but finish the work (the base class would exit)."""
         self.quiet = True
-        silence_stdout()
+        silence(sys.stdout)
 
 
-def silence_stdout() -> None:
-    """Whatever is still to be written to stdout is dropped."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+@contextmanager
+def naming_stdout() -> Iterator[None]:
+    """Says so if it is stdout that cannot be written; what it has not taken by then is dropped."""
+    try:
+        with naming_file("standard output"):
+            yield
+    except BrokenPipeError:
+        raise
+    except OSError:
+        silence(sys.stdout)
+        raise
+
+
+def silence(stream: TextIO) -> None:
+    """Whatever is still to be written to stdout or stderr is dropped."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def complain(text: str) -> None:
-    """One line per mistake, on stderr."""
-    print(text, file=sys.stderr)
+    """One line per mistake, on stderr; dropped if nothing can be written there."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        silence(sys.stderr)
 
 
 def file_path(text: str) -> Path:
@@ -133,4 +147,9 @@ def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Writes the data unless there is no path. Raises OSError, with the file's name, if it cannot."""
     if path is not None:
         with naming_file(path):
-            path.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+            path.write_text(json_text(data), encoding="utf-8")
+
+
+def json_text(data: dict[str, Any]) -> str:
+    """As it stands in files."""
+    return json.dumps(data, indent=2, allow_nan=False) + "\n"

@@ -5,26 +5,32 @@ from __future__ import annotations
 import argparse
 import math
 import signal
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from rich.console import Console
 
+from drake_ltl.cli.guard import at_the_latest
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, file_path, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, file_path, json_text, write_json
+from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.planning.fits import Fits, published_fits
 from drake_ltl.planning.geometric_fits import GeometricFits
 from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.initial import initial_state
-from drake_ltl.planning.methods import plan_by
-from drake_ltl.planning.plan import State
+from drake_ltl.planning.methods import Method, plan_by
+from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
 from drake_ltl.planning.table import plan_table
 from drake_ltl.scenario import load
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import check_starts
+
+OVERTIME = 0.25
+"""Share of the time limit that the bounded method may take beyond it, to end a solver's step and to check its plan."""
 
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
@@ -54,16 +60,20 @@ def run(args: argparse.Namespace) -> int:
     scenario = load(args.file)
     geometry = planning_geometry(scenario)
     start, fits = planning_problem(scenario, geometry)
+    began = time.monotonic()
     try:
-        with _time_limit(None if args.method == "bounded" else args.time_limit), _standing() as report:
-            found, method = plan_by(args.method, scenario, start, fits, time_limit=args.time_limit, report=report)
+        found, method = _planned(args, scenario, start, fits)
     except InfeasibleError as error:
         complain(f"infeasible: {error}")
-        explain(scenario, start, fits)
-        return _no_plan(args, scenario, "infeasible")
+        write_json(args.json, no_plan_json(scenario, "infeasible"))
+        left = _left(args.time_limit, began)
+        with suppress(TimeoutError), at_the_latest(left, complaint=""), _time_limit(left):
+            explain(scenario, start, fits, time_limit=left)
+        return FAILURE
     except (SearchLimitError, TimeoutError) as error:
         complain(f"no plan: {error}")
-        return _no_plan(args, scenario, "unknown")
+        write_json(args.json, no_plan_json(scenario, "unknown"))
+        return FAILURE
     out = console()
     out.print(plan_table(found, scenario))
     out.print(
@@ -73,6 +83,34 @@ def run(args: argparse.Namespace) -> int:
         out.print("too large to enumerate: planned by the bounded method")
     write_json(args.json, plan_to_json(found, scenario))
     return SUCCESS
+
+
+def _planned(args: argparse.Namespace, scenario: Scenario, start: State, fits: Fits) -> tuple[Plan, Method]:
+    """The plan, and the method that found it.
+
+    Raises:
+        TimeoutError: the time limit is over. The bounded method minds it by itself, and is left some time more to
+            come to its end with what it has found.
+    """
+    limit, began = args.time_limit, time.monotonic()
+    complaint = f"the time limit of {limit:g} s is over" if limit else ""
+    last = {"path": args.json, "text": json_text(no_plan_json(scenario, "unknown"))}
+    if args.method != "bounded":
+        try:
+            with at_the_latest(limit, f"no plan: {complaint}", **last), _time_limit(limit, complaint):
+                return plan_by("explicit", scenario, start, fits)
+        except SearchLimitError:
+            if args.method == "explicit":
+                raise
+    left = _left(limit, began)
+    latest = left and left + OVERTIME * limit + 1.0
+    with at_the_latest(latest, f"no plan: {complaint}", **last), _time_limit(latest, complaint), _standing() as report:
+        return plan_by("bounded", scenario, start, fits, time_limit=left, report=report)
+
+
+def _left(limit: float | None, began: float) -> float | None:
+    """What is left of a time limit [s]; None if there is none."""
+    return None if limit is None else max(0.01, limit - (time.monotonic() - began))
 
 
 @contextmanager
@@ -119,11 +157,6 @@ def planning_geometry(scenario: Scenario) -> Geometry:
     )
 
 
-def _no_plan(args: argparse.Namespace, scenario: Scenario, status: str) -> int:
-    write_json(args.json, no_plan_json(scenario, status))
-    return FAILURE
-
-
 def _seconds(text: str) -> float:
     try:
         value = float(text)
@@ -135,11 +168,11 @@ def _seconds(text: str) -> float:
 
 
 @contextmanager
-def _time_limit(seconds: float | None) -> Iterator[None]:
+def _time_limit(seconds: float | None, complaint: str = "time is over") -> Iterator[None]:
     """Raises TimeoutError in the body after so many seconds."""
 
     def stop(signum: int, frame: object) -> None:
-        raise TimeoutError(f"the time limit of {seconds:g} s is over")
+        raise TimeoutError(complaint)
 
     if seconds is None:
         yield

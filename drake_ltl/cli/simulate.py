@@ -10,9 +10,11 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, complain, console, file_path, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, file_path, write_json
 from drake_ltl.cli.plan import planning_problem
+from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import InfeasibleError, SearchLimitError, naming_file
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import load
@@ -87,6 +89,9 @@ def run(args: argparse.Namespace) -> int:
         write_json(args.report / "verdict.json", data)
         write_json(args.report / "plan.json", plan_to_json(planned.plan, scenario))
         write_report_figures(result.recording, scenario, args.report)
+    if result.interrupted:
+        complain("interrupted")
+        return INTERRUPTED
     return SUCCESS if verdict.satisfied else FAILURE
 
 
@@ -126,6 +131,7 @@ def _reporter(bar: Progress):
     task = bar.add_task("simulating", total=None, waiting="")
 
     def report(progress) -> None:
+        save_when_interrupted()
         waiting = progress.waiting_for[0] if progress.waiting_for else ""
         text = f"t = {progress.time:.0f} s: {waiting}"
         bar.update(task, completed=progress.step, total=progress.num_steps, waiting=text)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from drake_ltl.cli.outcome import FAILURE, SUCCESS, check_writable, console, file_path, write_json
+from drake_ltl.cli.outcome import check_writable, console, file_path, write_json
+from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import loads
 from drake_ltl.verification import to_json, verdict_table, verify

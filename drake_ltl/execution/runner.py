@@ -37,6 +37,8 @@ class Run:
 
     recording: Recording
     wall_seconds: float
+    interrupted: bool = False
+    """By KeyboardInterrupt, that is, by Ctrl-C."""
 
 
 def RunMission(
@@ -56,15 +58,15 @@ def RunMission(
         simulator: one whose context is the diagram's (`CreateStartContext`); made here if not given.
     """
     simulator = Simulator(mission.diagram, mission.CreateStartContext()) if simulator is None else simulator
-    begin = time.perf_counter()
+    begin, interrupted = time.perf_counter(), False
     try:
         reason = _advance(mission, simulator, num_steps, report)
     except KeyboardInterrupt:
-        reason = "interrupted"
+        reason, interrupted = "interrupted", True
     except (DrakeLtlError, RuntimeError) as error:  # Drake's own checks raise RuntimeError
         reason = " ".join(str(error).split())
     wall_seconds = time.perf_counter() - begin
-    return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds)
+    return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds, interrupted)
 
 
 def _advance(

@@ -97,7 +97,8 @@ def test_an_interrupted_run_is_kept_and_judged(drake_ltl, shuttle_file, tmp_path
 
     monkeypatch.setattr(simulate, "_reporter", reporter)
     result = drake_ltl("simulate", shuttle_file, "--recording", tmp_path / "run.npz")
-    assert result.status == 1
+    assert result.status == 130
+    assert result.err == "interrupted\n"
     assert "interrupted" in result.out
     assert Recording.load(tmp_path / "run.npz").reason == "interrupted"
 
