@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -20,8 +21,10 @@ MAX_CLOSE_UPS = 3
 """Regions shown close up beside the whole workspace."""
 TITLE_WIDTH = 88
 """Characters that fit a line above a figure."""
-SHEET_TITLE_WIDTH = 50
+SHEET_TITLE_WIDTH = 46
 """... above one step of the sheet."""
+LINE_HEIGHT = 0.13
+"""Of a line there [inches]."""
 
 
 def trajectory_figures(
@@ -45,12 +48,18 @@ def trajectory_figures(
         regions = _acting_regions(step)
         size = (8.6, 6.6) if regions else (6.4, 6.9)
         paths += write_figure(lambda figure, s=step, r=regions: _draw_step(figure, view, s, r), size, stem, formats)
-    columns = min(5, math.ceil(math.sqrt(len(recording.steps))))
-    rows = math.ceil(len(recording.steps) / columns)
-    size = (2.9 * columns, 3.25 * rows + 0.3)
+    rows, columns, size = _sheet(recording.steps)
     return paths + write_figure(
         lambda figure: _draw_sheet(figure, view, rows, columns), size, Path(directory) / "steps", formats
     )
+
+
+def _sheet(steps: Sequence[StepRecord]) -> tuple[int, int, tuple[float, float]]:
+    """Rows, columns, and width and height [inches] that leave room for the titles."""
+    columns = min(5, math.ceil(math.sqrt(len(steps))))
+    rows = math.ceil(len(steps) / columns)
+    tallest = max(len(_sheet_title(step)) for step in steps)
+    return rows, columns, (2.9 * columns, (2.9 + 0.2 + LINE_HEIGHT * tallest) * rows)
 
 
 def _acting_regions(step: StepRecord) -> list[str]:
@@ -86,13 +95,18 @@ def _draw_key(axes) -> None:
 
 
 def _draw_sheet(figure: Figure, view: View, rows: int, columns: int) -> None:
+    figure.get_layout_engine().set(h_pad=0.08)
     for place, step in enumerate(view.recording.steps):
         axes = figure.add_subplot(rows, columns, place + 1)
         draw_workspace(axes, view)
         draw_step(axes, view, step, font_size=6.5)
         draw_region_names(axes, view, step, font_size=6.5)
-        lines = _joined([f"{step.number + 1}", *actions_words(step.actions)], SHEET_TITLE_WIDTH)
-        axes.set_title("\n".join(lines), fontsize=7.0, loc="left")
+        axes.set_title("\n".join(_sheet_title(step)), fontsize=7.0, loc="left")
+
+
+def _sheet_title(step: StepRecord) -> list[str]:
+    first, *others = actions_words(step.actions)
+    return _joined([f"{step.number + 1}   {first}", *others], SHEET_TITLE_WIDTH)
 
 
 def _title(recording: Recording, step: StepRecord) -> str:
@@ -104,11 +118,11 @@ def _title(recording: Recording, step: StepRecord) -> str:
 
 
 def _joined(parts: Iterable[str], width: int) -> list[str]:
-    """Parts on as few lines of `width` characters as they need; no part is broken."""
+    """Parts on as few lines of at most `width` characters as they need; only what is longer than a line is broken."""
     lines: list[str] = []
     for part in parts:
         if lines and len(lines[-1]) + len(part) + 4 <= width:
             lines[-1] += f"    {part}"
         else:
-            lines.append(part)
+            lines += textwrap.wrap(part, width, subsequent_indent="    ", break_on_hyphens=False)
     return lines

@@ -1,15 +1,20 @@
 import dataclasses
+import itertools
 import subprocess
 import sys
 
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from drake_ltl.visualization.figures import write_report_figures
+from drake_ltl.visualization.style import RC
 from drake_ltl.visualization.time_figures import _draw_clearances, _draw_lyapunov, _least_in_buckets
 from drake_ltl.visualization.top_view import View, draw_step, samples_of
-from drake_ltl.visualization.trajectory_figures import _joined
+from drake_ltl.visualization.trajectory_figures import _draw_sheet, _joined, _sheet
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -89,12 +94,43 @@ def test_no_minimum_is_lost_in_drawing():
     assert least.min() == -0.5
 
 
-@pytest.mark.parametrize("width", [1, 20, 200])
+@pytest.mark.parametrize("width", [30, 50, 200])
 def test_joined_lines_keep_every_part_whole(width):
     parts = ["a: west → east", "b grasps crate in east", "c"]
     lines = _joined(parts, width)
     assert [part for line in lines for part in line.split("    ")] == parts
-    assert all(len(line) <= width or line in parts for line in lines)
+    assert all(len(line) <= width for line in lines)
+
+
+def test_a_part_longer_than_a_line_is_broken_between_words():
+    lines = _joined(["one + two carry crate: west → east", "c"], 20)
+    assert lines == ["one + two carry", "    crate: west →", "    east    c"]
+    assert all(len(line) <= 20 for line in _joined(["x" * 90], 20))
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_titles_of_the_sheet_are_neither_cut_nor_in_each_other_s_way(recording, scenario, count):
+    team = ["robot_one", "robot_two", "robot_three"]
+    long = {"kind": "transport", "agents": team, "object": "a_heavy_crate_of_steel", "from": "west", "to": "east"}
+    steps = [dataclasses.replace(step, actions=(long, *step.actions)) for step in recording.steps[:count]]
+    run = dataclasses.replace(recording, steps=tuple(steps))
+    rows, columns, size = _sheet(run.steps)
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=size, layout="constrained")
+        _draw_sheet(figure, View.of(run, scenario), rows, columns)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        titles = [text for axes in figure.axes for text in axes.findobj(Text) if "robot_three" in text.get_text()]
+        boxes = [title.get_window_extent(canvas.get_renderer()) for title in titles]
+        pictures = [axes.get_window_extent(canvas.get_renderer()) for axes in figure.axes]
+    assert len(boxes) == count
+    for box in boxes:
+        assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+        assert 0.0 <= box.y0 < box.y1 <= figure.bbox.height
+    for one, other in itertools.combinations(boxes, 2):
+        assert not one.overlaps(other)
+    for box, picture in itertools.product(boxes, pictures):
+        assert not box.overlaps(picture)
 
 
 def test_figures_do_not_need_drake():
