@@ -67,7 +67,7 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     scenario, record = motion.scenario, interval.record
     settings = scenario.controller
     movers = [*_travellers(motion, interval, rows), *_teams(motion, interval, rows)]
-    others = [*_standing(motion, interval, max(int(rows[0]) - 1, 0))]
+    others = [*_standing(motion, interval, int(rows[0]))]
     apart = [*_apart(motion, movers, others)]
     inside = [*_inside(motion, movers)]
     kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * (len(apart) + len(inside)))
