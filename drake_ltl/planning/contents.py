@@ -44,7 +44,7 @@ class Fitting:
         digits[n_regions:] = there.T * (2 + np.arange(n_objects))[:, None]
         codes = (there @ (1 << 2 * np.arange(n_objects)))[None]
         for agent in range(len(self.scenario.agents) - 1, -1, -1):
-            codes = ((digits * self._unit(agent))[:, None] + codes).reshape(-1, n_places)
+            codes = ((digits * self.unit(agent))[:, None] + codes).reshape(-1, n_places)
         return codes.reshape(-1)
 
     @staticmethod
@@ -54,7 +54,7 @@ class Fitting:
 
     def check(self, region: int, codes: NDArray) -> NDArray[np.bool_]:
         """Whether contents of a region, given by codes (n,), fit."""
-        size = self._unit(len(self.scenario.agents))
+        size = self.unit(len(self.scenario.agents))
         if size > max(SMALL_TABLE, codes.size):
             different, inverse = np.unique(codes, return_inverse=True)
             return self._ask_all(region, different)[inverse]
@@ -64,7 +64,7 @@ class Fitting:
         present[different] = self._ask_all(region, different)
         return present[codes]
 
-    def _unit(self, agent: int) -> int:
+    def unit(self, agent: int) -> int:
         """Value of an agent's digit 1."""
         n_objects = len(self.scenario.objects)
         return 4**n_objects * (n_objects + 2) ** agent

@@ -19,7 +19,7 @@ class Counts(Mapping[str, "int | None"]):
     that takes long.
     """
 
-    def __init__(self, ts_states: int, ts_transitions: int, formula: str):
+    def __init__(self, ts_states: int, ts_transitions: int | None, formula: str):
         self._ts_states, self._ts_transitions, self._formula = ts_states, ts_transitions, formula
 
     @cached_property

@@ -100,7 +100,7 @@ def ways_to_place(scenario: Scenario) -> NDArray[np.int64]:
 
 def boxes(scenario: Scenario, can_carry: CanCarry) -> Iterator[Box]:
     """All transitions, P_s left aside; the box in which no object is moved comes first."""
-    places, pairs, matrix = ways_to_place(scenario), _pairs(scenario), _way_costs(scenario)
+    places, pairs, matrix = ways_to_place(scenario), _pairs(scenario), way_costs(scenario)
     n_agents, n_objects = len(scenario.agents), len(scenario.objects)
     strong = cache(lambda j, team: _is_strong(scenario, can_carry, j, team))
     for carries in product(range(-1, n_objects), repeat=n_agents):
@@ -127,7 +127,7 @@ def _is_strong(scenario: Scenario, can_carry: CanCarry, j: int, team: tuple[int,
     return bool(can_carry(scenario.objects[j].name, frozenset(scenario.agents[i].name for i in team)))
 
 
-def _way_costs(scenario: Scenario) -> NDArray[np.float64]:
+def way_costs(scenario: Scenario) -> NDArray[np.float64]:
     """(K, K): what one body's way costs."""
     table, names = region_costs(scenario), scenario.region_names
     return np.array([[table[start, goal] for goal in names] for start in names])
@@ -136,7 +136,7 @@ def _way_costs(scenario: Scenario) -> NDArray[np.float64]:
 def _pairs(scenario: Scenario) -> Pairs:
     """(iii)(1) to (iii)(3): a free agent travels anywhere or grasps an object of its region; one that grasps goes
     on, or releases the object where it is."""
-    places, matrix = ways_to_place(scenario), _way_costs(scenario)
+    places, matrix = ways_to_place(scenario), way_costs(scenario)
     n_places, n_objects, n_regions = *places.shape, len(matrix)
     start, goal = (np.repeat(x.reshape(-1, 1), n_places, axis=1) for x in np.indices(matrix.shape))
     holding = np.repeat(n_regions + np.arange(n_objects)[:, None], n_places, axis=1)

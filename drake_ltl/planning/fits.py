@@ -39,19 +39,25 @@ def content_of(scenario: Scenario, state: State, region: str, carried: frozenset
 
 
 Fits = Callable[[Region, Content], bool]
-"""P_{s,0}: whether the content fits in the region."""
+"""P_{s,0}: whether the content fits in the region. It may have an attribute `counts_agents`, true if it asks how many
+agents are free and how many hold each object, never which."""
 
 
 def published_fits(rule: PublishedFits) -> Fits:
     """The counting rule that reproduces the published numbers of states (no geometry, carried or not)."""
+    return _Counting(rule)
 
-    def fits(region: Region, content: Content) -> bool:
+
+@dataclass(frozen=True)
+class _Counting:
+    rule: PublishedFits
+    counts_agents: bool = True
+
+    def __call__(self, region: Region, content: Content) -> bool:
         del region  # every region has the same capacity
         weight = (
-            rule.agent * len(content.free_agents)
-            + rule.grasping * len(content.holds)
-            + rule.object * len(content.objects)
+            self.rule.agent * len(content.free_agents)
+            + self.rule.grasping * len(content.holds)
+            + self.rule.object * len(content.objects)
         )
-        return weight <= rule.capacity
-
-    return fits
+        return weight <= self.rule.capacity

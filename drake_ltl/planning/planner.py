@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake
 from drake_ltl.planning.actions import actions_between
-from drake_ltl.planning.automaton import Automaton, letters, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, tabulate, translate
 from drake_ltl.planning.certificate import check, state_fault
 from drake_ltl.planning.costs import Chi, path_cost, sum_of_ways
 from drake_ltl.planning.counts import Counts
 from drake_ltl.planning.fits import Fits
+from drake_ltl.planning.models import Listed, Model, Route, model
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.power import CanCarry, sum_rule
-from drake_ltl.planning.search import Lasso, cheapest_lasso, has_lasso
-from drake_ltl.planning.transition_system import TransitionSystem, form
+from drake_ltl.planning.transition_system import TransitionSystem, digits_of, form
 from drake_ltl.planning.words import letter_of
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
@@ -44,7 +44,8 @@ def plan(
     actions.
 
     Optimal among all lassos of TS (Def. 5) whose word satisfies the formula; `search` says how far that is proven
-    where the automaton is unusually large (`Plan.status`, `Plan.lower_bound`).
+    where the automaton is unusually large (`Plan.status`, `Plan.lower_bound`). Where TS has too many transitions to
+    be listed they stay factored (`planning.factored`), unless chi, forbidden transitions or TS itself are given.
 
     Args:
         scenario: the problem.
@@ -62,7 +63,7 @@ def plan(
 
     Returns:
         A plan that passed `certificate.check`. `Plan.counts` are those of the paper: all of TS, the complete
-        Buchi automaton BA with acceptance on states, and TS x BA.
+        Buchi automaton BA with acceptance on states, and TS x BA; transitions that stay factored are not counted.
 
     Raises:
         InfeasibleError: no plan satisfies the formula; says which formula is to blame if one alone is.
@@ -70,24 +71,23 @@ def plan(
         InvalidInputError: a state does not belong to the scenario, or chi, alpha or beta is no cost.
     """
     _check_weights(alpha, beta)
-    can_carry = can_carry or sum_rule(scenario)
     began = time.perf_counter()
-    system = system or form(scenario, fits, can_carry, chi)
-    first = system.index(start)
-    if first < 0:
+    system = _model(scenario, fits, can_carry, chi, forbidden, system)
+    can_carry = can_carry or sum_rule(scenario)
+    if not system.has(start):
         raise InfeasibleError(f"the initial state is impossible: {state_fault(scenario, start, fits)}")
     formed = time.perf_counter()
     letter, automaton = _automaton(scenario, system, seen)
     translated = time.perf_counter()
-    lasso = cheapest_lasso(system.without(forbidden), letter, automaton, first, alpha, beta)
-    if lasso is None:
-        raise InfeasibleError(_reason(scenario, system, first, forbidden, seen))
-    found = _plan(scenario, system, lasso, chi or sum_of_ways(scenario), alpha, beta)
+    route = system.cheapest(letter, automaton, start, alpha, beta)
+    if route is None:
+        raise InfeasibleError(_reason(scenario, system, start, forbidden, seen))
+    found = _plan(scenario, route, chi or sum_of_ways(scenario), alpha, beta)
     check(found, scenario, start, fits, can_carry, chi, seen)
     searched = time.perf_counter()
     return replace(
         found,
-        counts=Counts(system.n_states, system.n_formed, global_formula(scenario)),
+        counts=Counts(system.n_states, system.n_transitions, global_formula(scenario)),
         seconds={
             "transition_system": formed - began,
             "automaton": translated - formed,
@@ -97,30 +97,41 @@ def plan(
     )
 
 
+def _model(
+    scenario: Scenario,
+    fits: Fits,
+    can_carry: CanCarry | None,
+    chi: Chi | None,
+    forbidden: frozenset[tuple[State, State]],
+    system: TransitionSystem | None,
+) -> Model:
+    factored = None if chi or forbidden or system else model(scenario, fits, can_carry)
+    return factored or Listed(system or form(scenario, fits, can_carry or sum_rule(scenario), chi), forbidden)
+
+
 def _check_weights(alpha: float, beta: float) -> None:
     for name, weight in (("alpha", alpha), ("beta", beta)):
         if not 0.0 <= weight < math.inf:
             raise InvalidInputError([Mistake(name, f"is {weight}", "a weight must be finite and at least zero")])
 
 
-def _automaton(scenario: Scenario, system: TransitionSystem, seen: Sequence[State] = ()) -> tuple[NDArray, Automaton]:
+def _automaton(scenario: Scenario, system: Model, seen: Sequence[State] = ()) -> tuple[NDArray, Automaton]:
     """The letter of each state, and the automaton of the scenario's formula after what was seen."""
     automaton = translate(global_formula(scenario))
     propositions = [ap.ap_name() for ap in automaton.ap()]
-    different, letter = letters(system, propositions)
+    different, letter = system.letters(propositions)
     if not seen:
         return letter, tabulate(automaton, propositions, different)
     for state in seen:
-        system.index(state)  # complains of what is not in the scenario
+        digits_of(scenario, state)  # complains of what is not in the scenario
     shown = [letter_of(scenario, state) for state in seen]
     word = np.array([[p in s for p in propositions] for s in shown], dtype=bool).reshape(len(seen), -1)
     table = tabulate(automaton, propositions, np.concatenate([different, word]))
     return letter, table.after(range(len(different), len(different) + len(seen)))
 
 
-def _plan(scenario: Scenario, system: TransitionSystem, lasso: Lasso, chi: Chi, alpha: float, beta: float) -> Plan:
-    prefix = tuple(system.state(index) for index in lasso.prefix)
-    suffix = tuple(system.state(index) for index in lasso.suffix)
+def _plan(scenario: Scenario, route: Route, chi: Chi, alpha: float, beta: float) -> Plan:
+    prefix, suffix = route.prefix, route.suffix
     run = (*prefix, *suffix, suffix[0])
     prefix_cost, suffix_cost = path_cost((*prefix, suffix[0]), chi), path_cost((*suffix, suffix[0]), chi)
     return Plan(
@@ -129,16 +140,14 @@ def _plan(scenario: Scenario, system: TransitionSystem, lasso: Lasso, chi: Chi, 
         moves=tuple(actions_between(scenario, *ends) for ends in pairwise(run)),
         prefix_cost=prefix_cost,
         suffix_cost=suffix_cost,
-        lower_bound=(alpha * prefix_cost + beta * suffix_cost) * (1.0 - lasso.gap),
-        status="optimal" if lasso.optimal else "feasible",
+        lower_bound=(alpha * prefix_cost + beta * suffix_cost) * (1.0 - route.gap),
+        status="optimal" if route.optimal else "feasible",
         alpha=alpha,
         beta=beta,
     )
 
 
-def _reason(
-    scenario: Scenario, system: TransitionSystem, first: int, forbidden: frozenset, seen: Sequence[State]
-) -> str:
+def _reason(scenario: Scenario, system: Model, start: State, forbidden: frozenset, seen: Sequence[State]) -> str:
     """Why there is no plan: one formula alone if possible."""
     if translate(global_formula(scenario)).is_empty():
         whole = "no word at all satisfies the formulas together"
@@ -149,7 +158,7 @@ def _reason(
         if translate(formula).is_empty():
             return f"no word at all satisfies {name}: {formula}"
         letter, automaton = _automaton(alone, system, seen)
-        if not has_lasso(system, letter, automaton, first):
+        if not system.has_lasso(letter, automaton, start):
             return f"no run from the initial state satisfies {name}, even without the others: {formula}"
     if forbidden:
         whole += f", with {len(forbidden)} transitions excluded"

@@ -9,6 +9,7 @@ the loops that only later rounds close, over profiles: that is exact for every a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -127,7 +128,7 @@ def _check_size(system: TransitionSystem, automaton: Automaton) -> None:
 
 
 @dataclass(frozen=True)
-class _Closed:
+class ClosedLoop:
     """A loop of the product: nodes of the part, of which the first stands at the end too."""
 
     nodes: list[int]
@@ -135,6 +136,30 @@ class _Closed:
     """Price + weight."""
     bound: float
     """No loop has less; equal to `weight` if that is proven to be the least."""
+
+
+def closed_loop(part: Part, full: int, prices: NDArray, features: Callable[[NDArray], NDArray]) -> ClosedLoop:
+    """The cheapest loop with all marks, closed in the product.
+
+    Args:
+        part: n nodes.
+        full: all marks.
+        prices: (n,), what it costs to begin a loop at each node; finite for some.
+        features: of nodes of the product, for `LoopProblem`.
+    """
+    marks = Marks(part, full, prices)
+    nodes, weight = marks.some_loop()
+    if full >= MOST_LAYERS or part.n_nodes * (full + 1) > MOST_EDGES:
+        return ClosedLoop(nodes, weight, marks.bound)
+    layers = marks.layers(weight + 1.0, MOST_EDGES)  # weights are integers: the loop known already stays
+    if layers is None:
+        return ClosedLoop(nodes, weight, marks.bound)
+    roots = layers.nodes[layers.roots]
+    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], features(part.nodes[roots]))
+    loop = cheapest_loop(problem, weight + 1.0)
+    if loop is None:
+        raise AssertionError("a loop that is known was not found again")
+    return ClosedLoop(layers.nodes[list(loop.nodes)].tolist(), loop.weight, loop.weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,36 +189,23 @@ class _Search:
         if closed.weight == bound:
             return lasso
         if closed.weight > closed.bound:
-            return replace(lasso, optimal=False, gap=_gap(bound, closed.weight))
+            return replace(lasso, optimal=False, gap=gap_between(bound, closed.weight))
         return self._over_profiles(lasso, closed.weight, bound)
 
-    def _closed(self, prices: NDArray) -> _Closed:
+    def _closed(self, prices: NDArray) -> ClosedLoop:
         """The cheapest loop of the product."""
-        marks = Marks(self.part, self.automaton.full, prices)
-        nodes, weight = marks.some_loop()
-        if self.automaton.full >= MOST_LAYERS or self.part.n_nodes * (self.automaton.full + 1) > MOST_EDGES:
-            return _Closed(nodes, weight, marks.bound)
-        layers = marks.layers(weight + 1.0, MOST_EDGES)  # weights are integers: the loop known already stays
-        if layers is None:
-            return _Closed(nodes, weight, marks.bound)
-        roots = layers.nodes[layers.roots]
-        features = self._features(self.part.nodes[roots])
-        problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], features)
-        loop = cheapest_loop(problem, weight + 1.0)
-        if loop is None:
-            raise AssertionError("a loop that is known was not found again")
-        return _Closed(layers.nodes[list(loop.nodes)].tolist(), loop.weight, loop.weight)
+        return closed_loop(self.part, self.automaton.full, prices, self._features)
 
     def _features(self, nodes: NDArray) -> NDArray[np.int64]:
         """Objects first: to bring one back takes a team, so loops that begin elsewhere differ most in cost."""
         states, system = nodes % self.system.n_states, self.system
         return np.column_stack([system.places[states], system.options[states], nodes // system.n_states])
 
-    def _states(self, closed: _Closed) -> list[int]:
+    def _states(self, closed: ClosedLoop) -> list[int]:
         """The loop's states of TS, the first one at its end again."""
         return (self.part.nodes[closed.nodes] % self.system.n_states).tolist()
 
-    def _closed_anyhow(self, loop: _Closed) -> Lasso | None:
+    def _closed_anyhow(self, loop: ClosedLoop) -> Lasso | None:
         """The lasso of the loop and the shortest way to its first state, if its word is accepted."""
         if loop.weight > loop.bound:
             return None
@@ -216,7 +228,7 @@ class _Search:
         by_state = self.prefixes.by_state()
         profiles = all_profiles(self.automaton, self.letter[by_state.min(axis=0) < weight], MOST_PROFILES)
         if profiles is None:
-            return replace(lasso, optimal=False, gap=_gap(bound, weight))
+            return replace(lasso, optimal=False, gap=gap_between(bound, weight))
         sound = True
         for q, prices in enumerate(by_state):
             later = profiles.closed_later(q) if (prices < weight).any() else None
@@ -229,7 +241,7 @@ class _Search:
                 weight = loop.weight
                 states = [node % self.system.n_states for node in loop.nodes]
                 lasso = self._lasso(q * self.system.n_states + states[0], states)
-        return lasso if sound else replace(lasso, optimal=False, gap=_gap(bound, weight))
+        return lasso if sound else replace(lasso, optimal=False, gap=gap_between(bound, weight))
 
     def _profile_problem(self, reader: Automaton, final: NDArray, prices: NDArray, weight: float) -> LoopProblem | None:
         """Loops of TS with words that are read to a final state; None if that is too large."""
@@ -246,7 +258,7 @@ class _Search:
         return LoopProblem(graph, roots, goals, prices[states], self._features(states))
 
 
-def _gap(bound: float, weight: float) -> float:
+def gap_between(bound: float, weight: float) -> float:
     """Share of the cost between two weights (`weights.lexicographic`)."""
     cost, least = weight // COST_UNIT, bound // COST_UNIT
     return (cost - least) / cost if cost else 0.0

@@ -60,19 +60,11 @@ class TransitionSystem:
     @property
     def agent_regions(self) -> NDArray[np.int64]:
         """(S, N): region of each agent."""
-        return _agent_regions(self.options, self.places, len(self.scenario.regions))
+        return agent_regions(self.options, self.places, len(self.scenario.regions))
 
     def state(self, index: int) -> State:
         """The state with a given index, by names."""
-        scenario = self.scenario
-        regions, objects = scenario.region_names, scenario.object_names
-        places = self.places[index].tolist()
-        agents, grasps = [], []
-        for option in self.options[index].tolist():
-            held = option - len(regions)
-            agents.append(regions[option if held < 0 else places[held]])
-            grasps.append(None if held < 0 else objects[held])
-        return State(tuple(agents), tuple(regions[k] for k in places), tuple(grasps))
+        return state_of(self.scenario, self.options[index].tolist(), self.places[index].tolist())
 
     def index(self, state: State) -> int:
         """The index of a state; -1 if it does not belong to Pi_s.
@@ -80,22 +72,10 @@ class TransitionSystem:
         Raises:
             InvalidInputError: the state speaks of other members or regions than the scenario.
         """
-        scenario = self.scenario
-        regions = {name: k for k, name in enumerate(scenario.region_names)}
-        objects = {name: len(regions) + j for j, name in enumerate(scenario.object_names)}
-        numbers = (len(state.agents), len(state.grasps), len(state.objects))
-        unknown = {*state.agents, *state.objects} - set(regions) | set(state.grasps) - {None, *objects}
-        if numbers != (len(scenario.agents), len(scenario.agents), len(scenario.objects)) or unknown:
-            what = f"does not belong to the scenario: {state}"
-            remedy = f"regions are {', '.join(regions)}; objects are {', '.join(objects) or 'none'}"
-            raise InvalidInputError([Mistake("state", what, remedy)])
-        held = dict(zip(scenario.object_names, state.objects, strict=True))
-        pairs = list(zip(state.agents, state.grasps, strict=True))
-        if any(grasp is not None and held[grasp] != region for region, grasp in pairs):
-            return -1  # Def. 5 (i): an agent is where the object is that it grasps
-        options = [regions[region] if grasp is None else objects[grasp] for region, grasp in pairs]
-        places = [regions[region] for region in state.objects]
-        code = _codes([np.array([v]) for v in options + places], _bases(scenario))
+        digits = digits_of(self.scenario, state)
+        if digits is None:
+            return -1
+        code = _codes([np.array([v]) for v in digits[0] + digits[1]], _bases(self.scenario))
         return int(self.index_of_code[code[0]])
 
     def without(self, forbidden: frozenset[tuple[State, State]]) -> TransitionSystem:
@@ -203,6 +183,39 @@ class _Space:
         return fit
 
 
+def state_of(scenario: Scenario, options: list[int], places: list[int]) -> State:
+    """A state by names, from the options of agents (N) and the places of objects (M)."""
+    regions, objects = scenario.region_names, scenario.object_names
+    agents, grasps = [], []
+    for option in options:
+        held = option - len(regions)
+        agents.append(regions[option if held < 0 else places[held]])
+        grasps.append(None if held < 0 else objects[held])
+    return State(tuple(agents), tuple(regions[k] for k in places), tuple(grasps))
+
+
+def digits_of(scenario: Scenario, state: State) -> tuple[list[int], list[int]] | None:
+    """Options (N) and places (M) of a state; None if an agent is not where the object is that it grasps.
+
+    Raises:
+        InvalidInputError: the state speaks of other members or regions than the scenario.
+    """
+    regions = {name: k for k, name in enumerate(scenario.region_names)}
+    objects = {name: len(regions) + j for j, name in enumerate(scenario.object_names)}
+    numbers = (len(state.agents), len(state.grasps), len(state.objects))
+    unknown = {*state.agents, *state.objects} - set(regions) | set(state.grasps) - {None, *objects}
+    if numbers != (len(scenario.agents), len(scenario.agents), len(scenario.objects)) or unknown:
+        what = f"does not belong to the scenario: {state}"
+        remedy = f"regions are {', '.join(regions)}; objects are {', '.join(objects) or 'none'}"
+        raise InvalidInputError([Mistake("state", what, remedy)])
+    held = dict(zip(scenario.object_names, state.objects, strict=True))
+    pairs = list(zip(state.agents, state.grasps, strict=True))
+    if any(grasp is not None and held[grasp] != region for region, grasp in pairs):
+        return None  # Def. 5 (i)
+    options = [regions[region] if grasp is None else objects[grasp] for region, grasp in pairs]
+    return options, [regions[region] for region in state.objects]
+
+
 def _bases(scenario: Scenario) -> list[int]:
     regions, objects = len(scenario.regions), len(scenario.objects)
     return [regions + objects] * len(scenario.agents) + [regions] * objects
@@ -213,7 +226,8 @@ def _codes(columns: Sequence[NDArray], bases: Sequence[int]) -> NDArray[np.int64
     return np.ravel_multi_index(tuple(columns), tuple(bases))
 
 
-def _agent_regions(options: NDArray, places: NDArray, n_regions: int) -> NDArray[np.int64]:
+def agent_regions(options: NDArray, places: NDArray, n_regions: int) -> NDArray[np.int64]:
+    """(S, N): region of each agent, from options (S, N) and places (S, M)."""
     grasps = options >= n_regions
     if not grasps.any():
         return options

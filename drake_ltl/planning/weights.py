@@ -33,9 +33,17 @@ def lexicographic(
         actions: how many agents act, (E,), each below ACTION_LIMIT.
         largest: determines the quantum, so that weights of different costs can be added; None takes the largest.
     """
-    largest = float(costs.max(initial=0.0)) if largest is None else largest
-    scaled = np.zeros_like(costs)
-    if largest > 0.0:
-        digits = math.floor(math.log10(2.0**53 / COST_UNIT / _SUM / largest))
-        scaled = np.rint(costs * 10.0**digits if digits >= 0 else costs / 10.0**-digits)
-    return scaled * COST_UNIT + ACTION_LIMIT + actions
+    return in_units(costs, float(costs.max(initial=0.0)) if largest is None else largest) + ACTION_LIMIT + actions
+
+
+def in_units(costs: NDArray[np.float64], largest: float) -> NDArray[np.float64]:
+    """`round(cost / quantum) * COST_UNIT`, the part of a weight that is due to the cost.
+
+    Args:
+        costs: of any shape.
+        largest: no transition costs more; determines the quantum.
+    """
+    if largest <= 0.0:
+        return np.zeros_like(costs)
+    digits = math.floor(math.log10(2.0**53 / COST_UNIT / _SUM / largest))
+    return np.rint(costs * 10.0**digits if digits >= 0 else costs / 10.0**-digits) * COST_UNIT

@@ -1,0 +1,228 @@
+"""The cheapest loops of a factored product, by growing limits.
+
+Bounds that hold for every node leave, at each limit, but the nodes that a loop of less price + weight can use. These
+few are searched as an ordinary graph. A loop that costs less than the limit is then the cheapest of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_ltl.planning.factored.identities import Row, follow, sorted_row
+from drake_ltl.planning.factored.nearby import Local, Nearby
+from drake_ltl.planning.factored.waves import Step, WaveProduct, least, spread
+from drake_ltl.planning.loops import LoopProblem, cheapest_loop
+from drake_ltl.planning.product import accepting, accepting_part
+from drake_ltl.planning.search import closed_loop
+
+FIRST_SLACK = 1 / 8
+"""Share of the lower bound by which the first limit exceeds it."""
+
+
+@dataclass(frozen=True)
+class FoundLoop:
+    """A loop of TS."""
+
+    weight: float
+    """Price + weight."""
+    root: int
+    """Node of the product in which it begins."""
+    numbers: list[int]
+    """Merged states; the first one stands at the end too."""
+    rows: list[Row]
+    """Options of the agents in each, those of a crowd sorted in the first and, again, in the last."""
+
+
+class Kind(Protocol):
+    """What a loop has to be."""
+
+    low: float
+    """No loop has less price + weight."""
+    grain: float
+    """Weight of some ordinary step."""
+
+    def within(self, limit: float) -> Nearby | None:
+        """What loops below a limit can use."""
+
+    def solve(self, local: Local) -> tuple[float, list[int]]:
+        """The cheapest loop of a graph: price + weight, inf if there is none, and nodes of the graph's product."""
+
+
+def find_loop(kind: Kind, high: float = np.inf) -> FoundLoop | None:
+    """The cheapest loop below `high`; None if there is none.
+
+    Raises:
+        SearchLimitError: too much is left to look at.
+    """
+    for limit in _limits(kind, high):
+        nearby = kind.within(limit)
+        if nearby is None:
+            continue
+        merged = nearby.merged()
+        weight, nodes = kind.solve(merged)
+        if weight >= limit:
+            continue
+        found = _with_identities(nearby, merged, weight, nodes)
+        if found is None:
+            labelled = nearby.labelled()
+            weight, nodes = kind.solve(labelled)
+            if weight >= limit:
+                continue
+            found = _found(nearby, labelled, weight, nodes, labelled.system.options[_states(labelled, nodes)].tolist())
+        return found
+    return None
+
+
+def _limits(kind: Kind, high: float) -> Iterator[float]:
+    limit, slack = kind.low, max(kind.low * FIRST_SLACK, kind.grain)
+    while limit < high:
+        limit = min(kind.low + np.ceil(slack), high)
+        yield limit
+        slack *= 2.0
+
+
+def _states(local: Local, nodes: list[int]) -> NDArray[np.int64]:
+    return np.array(nodes) % local.system.n_states
+
+
+def _with_identities(nearby: Nearby, merged: Local, weight: float, nodes: list[int]) -> FoundLoop | None:
+    """The loop with an agent for each option, if in the end everybody can be who he was."""
+    numbers = merged.numbers[_states(merged, nodes)].tolist()
+    moves = nearby.product.moves
+    rows = follow(moves, numbers, sorted_row(moves[0].states, numbers[0]), closed=True)
+    return None if rows is None else _found(nearby, merged, weight, nodes, rows)
+
+
+def _found(nearby: Nearby, local: Local, weight: float, nodes: list[int], rows: list[Row]) -> FoundLoop:
+    numbers = local.numbers[_states(local, nodes)].tolist()
+    root = nodes[0] // local.system.n_states * nearby.product.n_system + numbers[0]
+    return FoundLoop(weight, root, numbers, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """What is known of a product's accepting runs, for M marks."""
+
+    product: WaveProduct
+    alive: NDArray[np.bool_]
+    """(n,): nodes that a run from the start reaches and from which it can be accepted."""
+    ahead: NDArray[np.float64]
+    """(M, n): least way that ends with an edge with each mark."""
+    since: NDArray[np.float64]
+    """(M, n): at most the least way from the end of such an edge."""
+
+    @classmethod
+    def of(cls, product: WaveProduct, reached: NDArray[np.bool_], width: float) -> Field | None:
+        """None if no node that is reached has an accepting run.
+
+        Nodes from which some mark is out of reach are left out, until there are none: a greatest fixed point.
+        """
+        alive = reached
+        while alive.any():
+            ahead = _ahead(product, alive, width)
+            smaller = np.isfinite(ahead).all(axis=0)
+            if (smaller == alive).all():
+                return cls(product, alive, ahead, _since(product, alive, width))
+            alive = smaller
+        return None
+
+
+def _ahead(product: WaveProduct, alive: NDArray, width: float) -> NDArray[np.float64]:
+    below, nodes = np.where(alive, np.inf, -np.inf), np.flatnonzero(alive)
+    first = [
+        least(len(alive), product.only(mark).backwards(nodes, np.zeros(len(nodes)), below)) for mark in _marks(product)
+    ]
+    return _spread_all(product.backwards, first, below, width)
+
+
+def _since(product: WaveProduct, alive: NDArray, width: float) -> NDArray[np.float64]:
+    below = np.where(alive, np.inf, -np.inf)
+    first = [np.where(alive & product.marked(mark), 0.0, np.inf) for mark in _marks(product)]
+    return _spread_all(product.onwards, first, below, width)
+
+
+def _spread_all(step: Step, offsets: list[NDArray], below: NDArray, width: float) -> NDArray[np.float64]:
+    """(M, n), for M offsets (n,) at once."""
+    return spread(step, np.concatenate(offsets), np.tile(below, len(offsets)), width).reshape(len(offsets), -1)
+
+
+def _marks(product: WaveProduct) -> range:
+    return range(product.automaton.full.bit_length())
+
+
+class ClosedLoops:
+    """Loops that are closed in the product, with all marks."""
+
+    def __init__(self, field: Field, prices: NDArray, width: float):
+        """Prices (n,): what it costs to begin a loop at each node."""
+        self._field, self._prices, self._width = field, prices, width
+        self._least = np.where(field.alive, prices, np.inf) + (field.ahead + field.since).max(axis=0)
+        self.low, self.grain = float(self._least.min()), width
+
+    def within(self, limit: float) -> Nearby | None:
+        """Nodes from where all marks, and some root, can still be met in time."""
+        product, width, roots = self._field.product, self._width, self._least < limit
+        below = limit - self._field.ahead.max(axis=0)
+        begun = spread(product.onwards, np.where(roots, self._prices, np.inf), below, width)
+        at, n, marks = np.flatnonzero(np.isfinite(begun)), len(begun), _marks(product)
+        passed = [least(n, product.only(mark).onwards(at, begun[at], below)) for mark in marks]
+        passed = _spread_all(product.onwards, passed, below, width)
+        below = np.where(np.isfinite(begun), limit - begun, -np.inf)
+        home = spread(product.backwards, np.where(roots, 0.0, np.inf), below, width)
+        at = np.flatnonzero(np.isfinite(home))
+        homeward = [least(n, product.only(mark).backwards(at, home[at], below)) for mark in marks]
+        homeward = _spread_all(product.backwards, homeward, below, width)
+        nodes = np.flatnonzero(np.minimum(passed + home, begun + homeward).max(axis=0) < limit)
+        prices = np.where(roots, self._prices, np.inf)[nodes]
+        return Nearby(product, nodes, prices, begun[nodes], home[nodes], limit) if len(nodes) else None
+
+    def solve(self, local: Local) -> tuple[float, list[int]]:
+        """The cheapest loop of the accepting part."""
+        full = self._field.product.automaton.full
+        component = accepting(local.product, local.alive, full)
+        part = accepting_part(local.product, component)
+        prices = local.prices[part.nodes]
+        if not np.isfinite(prices).any():
+            return np.inf, []
+        loop = closed_loop(part, full, prices, local.features)
+        if loop.weight > loop.bound:
+            raise AssertionError("a loop was not proven to be the cheapest")
+        return loop.weight, part.nodes[loop.nodes].tolist()
+
+
+class ReadLoops:
+    """Loops whose words are read to a final state; they begin in the reader's initial state."""
+
+    def __init__(self, product: WaveProduct, final: NDArray[np.bool_], prices: NDArray, width: float):
+        """Final states (Q,) of the product's automaton; prices (P F,), what it costs to begin at a merged state."""
+        self._product, self._final, self._prices, self._width = product, final, prices, width
+        self.low, self.grain = float(prices.min()), width
+
+    def within(self, limit: float) -> Nearby | None:
+        """Nodes from where some root's state can be met in time."""
+        product, initial = self._product, self._product.automaton.initial
+        prices = np.full((product.automaton.n_states, product.n_system), np.inf)
+        prices[initial] = np.where(self._prices < limit, self._prices, np.inf)
+        goals = np.where(self._final[:, None] & np.isfinite(prices[initial]), 0.0, np.inf).reshape(-1)
+        prices = prices.reshape(-1)
+        begun = spread(product.onwards, prices, np.full(len(prices), limit), self._width)
+        below = np.where(np.isfinite(begun), limit - begun, -np.inf)
+        home = spread(product.backwards, goals, below, self._width)
+        nodes = np.flatnonzero(begun + home < limit)
+        return Nearby(product, nodes, prices[nodes], begun[nodes], home[nodes], limit) if len(nodes) else None
+
+    def solve(self, local: Local) -> tuple[float, list[int]]:
+        """The cheapest loop."""
+        n_states, initial = local.system.n_states, self._product.automaton.initial
+        prices = local.prices.reshape(-1, n_states)[initial]
+        states = np.flatnonzero(np.isfinite(prices))
+        goals = states[:, None] + np.flatnonzero(self._final) * n_states
+        roots = states + initial * n_states
+        problem = LoopProblem(local.product.graph, roots, goals, prices[states], local.features(states))
+        loop = cheapest_loop(problem, np.inf) if len(states) else None
+        return (np.inf, []) if loop is None else (loop.weight, list(loop.nodes))

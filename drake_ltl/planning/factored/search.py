@@ -1,0 +1,204 @@
+"""The lasso of least J over a transition system that is never listed: like `planning.search`, for larger teams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_ltl.errors import SearchLimitError
+from drake_ltl.planning.automaton import Automaton, never_counts
+from drake_ltl.planning.factored.identities import Row, exchanged, follow
+from drake_ltl.planning.factored.loops import ClosedLoops, Field, FoundLoop, ReadLoops, find_loop
+from drake_ltl.planning.factored.moves import Moves, all_moves, usual_weight
+from drake_ltl.planning.factored.states import MergedStates
+from drake_ltl.planning.factored.waves import WaveProduct, spread
+from drake_ltl.planning.factors import way_costs
+from drake_ltl.planning.power import CanCarry
+from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
+from drake_ltl.planning.search import MOST_LAYERS, MOST_PROFILES, gap_between
+
+WAVE = 1.5
+"""Width of a wave in steps: wide enough to spare many small ones, narrow enough that few nodes are met twice."""
+
+MOST_NODES = 20_000_000
+"""Of a product, times marks: arrays of so many numbers are formed, some at a time."""
+MOST_ENTRIES = 30_000_000
+"""Of the tables that say how the formations of crowds follow each other."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """States as (options, places); the run is prefix, suffix, suffix .."""
+
+    prefix: list[tuple[Row, list[int]]]
+    suffix: list[tuple[Row, list[int]]]
+    optimal: bool
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
+class FactoredSearch:
+    """The problem.
+
+    Attributes:
+        states: S; P F merged ones.
+        can_carry: Lambda; the same for agents of a crowd.
+        letter: (P, F), letter of each merged state.
+        automaton: reads letters.
+        start: options and places at the beginning.
+        alpha, beta: weights of the prefix's and of the suffix's cost.
+    """
+
+    states: MergedStates
+    can_carry: CanCarry
+    letter: NDArray[np.int64]
+    automaton: Automaton
+    start: tuple[Row, list[int]]
+    alpha: float = 1.0
+    beta: float = 1.0
+
+    def has_lasso(self) -> bool:
+        """Whether any run is accepted."""
+        return self._field is not None
+
+    def run(self) -> Route | None:
+        """The lasso of least J, then fewest steps, then fewest actions; None if there is none.
+
+        Raises:
+            SearchLimitError: too much is left to look at.
+        """
+        if self._field is None:
+            return None
+        alive = self._field.alive
+        to_node = np.where(alive, self._distance, np.inf)
+        to_state = np.broadcast_to(self._by_state.min(axis=0), self._by_state.shape).reshape(-1)
+        closed = ClosedLoops(self._field, to_node, self._width)
+        bound = float(to_state[alive].min())
+        settled = never_counts(self.automaton)
+        nearest = bool((to_state == to_node)[alive].all())
+        if settled and not nearest:
+            relaxed = find_loop(ClosedLoops(self._field, to_state, self._width))
+            route = self._accepted_anyhow(relaxed)
+            if route is not None:
+                return route
+            bound = relaxed.weight
+        loop = find_loop(closed)
+        if loop.weight == bound or (settled and nearest):
+            return self._route(loop.root, loop)
+        return self._over_profiles(loop, bound)
+
+    def _accepted_anyhow(self, loop: FoundLoop) -> Route | None:
+        """The loop and the shortest way to its first state, if the word is accepted."""
+        letters = self.letter.reshape(-1)[loop.numbers[1:]].tolist()
+        accepted = accepted_from(profile_of(self.automaton, letters), self.automaton.full)
+        distances = self._by_state[:, loop.numbers[0]]
+        for q in np.flatnonzero(distances == distances.min()).tolist():
+            if q in accepted:
+                return self._route(q * self._prefixes.n_system + loop.numbers[0], loop)
+        return None
+
+    def _over_profiles(self, loop: FoundLoop, bound: float) -> Route:
+        """Exact search for a loop that is not closed after one round and better than a known one."""
+        by_state, root, n_system = self._by_state, loop.root, self._prefixes.n_system
+        shown = self.letter.reshape(-1)[by_state.min(axis=0) < loop.weight]
+        profiles = all_profiles(self.automaton, shown, MOST_PROFILES)
+        sound = profiles is not None
+        for q, prices in enumerate(by_state if sound else ()):
+            later = profiles.closed_later(q) if (prices < loop.weight).any() else None
+            if later is None:
+                continue
+            reader, final = later
+            if reader.n_states * n_system > MOST_NODES:
+                sound = False
+                continue
+            kind = ReadLoops(WaveProduct(self._moves, self.letter, reader), final, prices, self._width)
+            better = find_loop(kind, loop.weight)
+            if better is not None:
+                loop, root = better, q * n_system + better.numbers[0]
+        route = self._route(root, loop)
+        return route if sound else Route(route.prefix, route.suffix, False, gap_between(bound, loop.weight))
+
+    def _route(self, root: int, loop: FoundLoop) -> Route:
+        """The shortest way to a node, then a loop that begins in the same merged state."""
+        numbers = [node % self._prefixes.n_system for node in self._way(root)]
+        rows = follow(self._prefixes.moves, numbers, self.start[0])
+        suffix = exchanged(self.states, loop.rows, rows[-1])
+        return Route(self._named(rows[:-1], numbers[:-1]), self._named(suffix[:-1], loop.numbers[:-1]), True, 0.0)
+
+    def _named(self, rows: Sequence[Row], numbers: Sequence[int]) -> list[tuple[Row, list[int]]]:
+        places = self.states.places[np.array(numbers, dtype=int) // self.states.n_formations].tolist()
+        return list(zip(rows, places, strict=True))
+
+    def _way(self, node: int) -> list[int]:
+        """Nodes from the start to a node."""
+        way, product = [node], self._prefixes
+        below = np.full(product.n_nodes, np.inf)
+        while self._distance[way[-1]] > 0.0:
+            nodes, weights = product.backwards(np.array(way[-1:]), np.zeros(1), below)
+            way.append(int(nodes[self._distance[nodes] + weights == self._distance[way[-1]]].min()))
+        return way[::-1]
+
+    @cached_property
+    def _largest(self) -> float:
+        members = len(self.states.scenario.agents) + len(self.states.scenario.objects)
+        return max(self.alpha, self.beta) * members * float(way_costs(self.states.scenario).max())
+
+    @cached_property
+    def _moves(self) -> list[Moves]:
+        return all_moves(self.states, self.can_carry, self.beta, self._largest)
+
+    @cached_property
+    def _prefixes(self) -> WaveProduct:
+        same = self.alpha == self.beta
+        moves = self._moves if same else all_moves(self.states, self.can_carry, self.alpha, self._largest)
+        return WaveProduct(moves, self.letter, self.automaton)
+
+    @cached_property
+    def _width(self) -> float:
+        return WAVE * usual_weight(self.states, self.beta, self._largest)
+
+    @cached_property
+    def _distance(self) -> NDArray[np.float64]:
+        """(Q P F,): least prefix to each node."""
+        product = self._prefixes
+        offsets = np.full(product.n_nodes, np.inf)
+        offsets[product.initial(self.states.number(*self.start))] = 0.0
+        return spread(product.onwards, offsets, np.full(len(offsets), np.inf), self._width)
+
+    @property
+    def _by_state(self) -> NDArray[np.float64]:
+        """(Q, P F)"""
+        return self._distance.reshape(self.automaton.n_states, -1)
+
+    @cached_property
+    def _field(self) -> Field | None:
+        product = WaveProduct(self._moves, self.letter, self.automaton)
+        return Field.of(product, np.isfinite(self._distance), self._width)
+
+
+def check_size(states: MergedStates) -> None:
+    """Whether merged states can be handled at all.
+
+    Raises:
+        SearchLimitError: there are too many.
+    """
+    n_objects = len(states.scenario.objects)
+    n_places = len(states.scenario.regions) ** n_objects
+    entries = n_places * 2**n_objects * sum(n * n for n in states.shape)
+    if states.n_states > MOST_NODES or entries > MOST_ENTRIES:
+        raise SearchLimitError(f"{states.n_states} states, {entries} entries of tables, too many to handle")
+
+
+def check_product(states: MergedStates, automaton: Automaton) -> None:
+    """Whether their product with an automaton can be searched.
+
+    Raises:
+        SearchLimitError: it is too large.
+    """
+    size = states.n_states * automaton.n_states * automaton.full.bit_length()
+    if size > MOST_NODES or automaton.full >= MOST_LAYERS:
+        raise SearchLimitError(f"the product of {states.n_states} states and the automaton is too large")
