@@ -1,0 +1,68 @@
+"""Modelling and control of the paper, eqs. (1) to (10), as pure functions of arrays or of a plant and its context."""
+
+from drake_ltl.dynamics.control_laws import (
+    GRAVITY,
+    MAX_GROWTH,
+    body_gravity,
+    growing_damping,
+    team_wrench,
+    transition_torque,
+    transport_torque,
+)
+from drake_ltl.dynamics.coupled import admissible_twists, coupled_dynamics, object_dynamics
+from drake_ltl.dynamics.grasp import (
+    grasp_matrix,
+    grasp_matrix_rate,
+    object_to_agent_jacobian,
+    object_to_agent_jacobian_rate,
+    skew,
+    wrench_at_gripper,
+)
+from drake_ltl.dynamics.joint_space import (
+    JointDynamics,
+    coriolis_matrix,
+    frame_jacobian,
+    frame_jacobian_rate,
+    gravity_torque,
+    inertia_matrix,
+    joint_dynamics,
+)
+from drake_ltl.dynamics.load_sharing import check_load_shares, internal_wrenches, load_shares
+from drake_ltl.dynamics.spatial import SpatialDynamics
+from drake_ltl.dynamics.task_space import null_space_wrench, task_dynamics, task_inverse
+from drake_ltl.dynamics.tracking import quintic, tracking_acceleration
+
+__all__ = [
+    "GRAVITY",
+    "MAX_GROWTH",
+    "JointDynamics",
+    "SpatialDynamics",
+    "admissible_twists",
+    "body_gravity",
+    "check_load_shares",
+    "coriolis_matrix",
+    "coupled_dynamics",
+    "frame_jacobian",
+    "frame_jacobian_rate",
+    "grasp_matrix",
+    "grasp_matrix_rate",
+    "gravity_torque",
+    "growing_damping",
+    "inertia_matrix",
+    "internal_wrenches",
+    "joint_dynamics",
+    "load_shares",
+    "null_space_wrench",
+    "object_dynamics",
+    "object_to_agent_jacobian",
+    "object_to_agent_jacobian_rate",
+    "quintic",
+    "skew",
+    "task_dynamics",
+    "task_inverse",
+    "team_wrench",
+    "tracking_acceleration",
+    "transition_torque",
+    "transport_torque",
+    "wrench_at_gripper",
+]

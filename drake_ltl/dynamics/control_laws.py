@@ -1,0 +1,54 @@
+"""The control laws (10a) and (10b), as pure functions of arrays; of AutoDiffXd as well as of floats."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_ltl.dynamics.grasp import wrench_at_gripper
+
+
+def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarray:
+    """The diagonal of K, growing with the square of the speed beyond `limit` [m/s], at most MAX_GROWTH times.
+
+    Leaving a narrow place under a navigation function is fast; K may depend on the state as long as it is positive
+    definite, V falls all the more.
+    """
+    return damping * min(max(1.0, (speed / limit) ** 2), MAX_GROWTH)
+
+
+MAX_GROWTH = 8.0
+"""K dt / m stays below about one half for the lightest mover at a time step of 5 ms: no chatter."""
+
+
+def transition_torque(gravity: np.ndarray, gradient: np.ndarray, damping: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """(10a): tau_z = g_q(q) - grad_q psi - K_z qd, all (n,)."""
+    return gravity - gradient - damping * qd
+
+
+def team_wrench(gravity: np.ndarray, gradient: np.ndarray, damping: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
+    """What the team of (10b) shares: g_O - grad_x psi - K_O v_O, all (6,) [N m; N] at Oo."""
+    return gravity - gradient - damping * V_WO
+
+
+def transport_torque(
+    share: float, F_O: np.ndarray, p_OoEo_W: np.ndarray, J_WE: np.ndarray, gravity: np.ndarray
+) -> np.ndarray:
+    """(10b) in joint space: tau = J^T J_O^{-T} c F_O + g_q (n,), for any number n of joints.
+
+    Args:
+        share: c_tau of this agent.
+        F_O: the team's wrench (6,), see `team_wrench`.
+        p_OoEo_W: (3,) [m], from the object's origin to the gripper.
+        J_WE: J_i(q) (6, n).
+        gravity: g_q(q) (n,).
+    """
+    return J_WE.T @ wrench_at_gripper(share * F_O, p_OoEo_W) + gravity
+
+
+def body_gravity(mass: float) -> np.ndarray:
+    """g_O (6,) [N m; N]: the wrench at the centre of mass that balances gravity."""
+    return np.array([0.0, 0.0, 0.0, 0.0, 0.0, mass * GRAVITY])
+
+
+GRAVITY = 9.81
+"""[m/s^2], Drake's default gravity field."""
