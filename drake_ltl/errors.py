@@ -41,6 +41,10 @@ class InfeasibleError(DrakeLtlError):
     """No plan satisfies the specification (or none can be carried out); the message says why."""
 
 
+class NoPlacesError(InfeasibleError):
+    """There are plans, but in none of those tried were places for the bodies found; the message says where not."""
+
+
 class SearchLimitError(DrakeLtlError):
     """The problem is too large for the search: neither a plan nor a proof that there is none."""
 

@@ -15,7 +15,7 @@ from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import check_writable, complain, console, file_path, write_json
 from drake_ltl.cli.plan import planning_problem
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
-from drake_ltl.errors import InfeasibleError, SearchLimitError, naming_file
+from drake_ltl.errors import InfeasibleError, NoPlacesError, SearchLimitError, naming_file
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import load
 
@@ -57,10 +57,11 @@ def run(args: argparse.Namespace) -> int:
     try:
         planned = mission.plan_and_place(scenario, models)
     except (InfeasibleError, SearchLimitError) as error:
-        complain(f"infeasible: {error}" if isinstance(error, InfeasibleError) else f"no plan: {error}")
-        if isinstance(error, InfeasibleError):
-            explain(scenario, *planning_problem(scenario, models.geometry))
+        impossible = isinstance(error, InfeasibleError) and not isinstance(error, NoPlacesError)
+        complain(f"{'infeasible' if impossible else 'no plan'}: {error}")
         write_json(args.json, _no_run_json(str(error)))
+        if impossible:
+            explain(scenario, *planning_problem(scenario, models.geometry))
         return FAILURE
     out.print(plan_table(planned.plan, scenario))
     rounds = scenario.simulation.suffix_rounds if args.suffix_rounds is None else args.suffix_rounds

@@ -50,7 +50,7 @@ def check(
         if fault is None and apply_actions(scenario, before, plan.moves[step]) != after:
             fault = f"the actions {plan.moves[step]} do not lead there"
         if fault is not None:
-            raise CertificateError(f"move {step + 1}, from {before} to {after}: {fault}")
+            raise CertificateError(f"step {step + 1}, from {before} to {after}: {fault}")
     _check_costs(plan, chi)
     word = [letter_of(scenario, state) for state in plan.states]
     before = [letter_of(scenario, state) for state in seen]

@@ -23,7 +23,7 @@ MOST_EDGES = 200_000
 
 
 def plan_dot(plan: Plan, scenario: Scenario) -> str:
-    """The plan as a lasso in Graphviz's language: a node per state, an edge per move with its actions.
+    """The plan as a lasso in Graphviz's language: a node per state, an edge per step with its number and actions.
 
     States of the suffix have double borders.
     """
@@ -31,11 +31,11 @@ def plan_dot(plan: Plan, scenario: Scenario) -> str:
     graph.set_node_defaults(shape="box", fontname="Helvetica")
     graph.set_edge_defaults(fontname="Helvetica")
     for number, state in enumerate(plan.states, start=1):
-        label = f"{number}\n{state_text(state, scenario)}"
-        graph.add_node(pydot.Node(f"s{number}", label=label, peripheries=2 if number > plan.loop else 1))
+        borders = 2 if number > plan.loop else 1
+        graph.add_node(pydot.Node(f"s{number}", label=state_text(state, scenario), peripheries=borders))
     for number, actions in enumerate(plan.moves, start=1):
         following = number + 1 if number < len(plan.states) else plan.loop + 1
-        label = "\n".join(map(action_text, actions))
+        label = "\n".join([f"step {number}", *(map(action_text, actions) if actions else ["all wait"])])
         graph.add_edge(pydot.Edge(f"s{number}", f"s{following}", label=label))
     return graph.to_string()
 

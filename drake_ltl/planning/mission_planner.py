@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_ltl.errors import InfeasibleError, PlacementError
+from drake_ltl.errors import InfeasibleError, NoPlacesError, PlacementError
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.geometric_fits import GeometricFits
 from drake_ltl.planning.geometry import Geometry
@@ -50,8 +50,9 @@ def plan_mission(
         its lower bound.
 
     Raises:
-        InfeasibleError: no plan satisfies the formula, or none of those tried can be placed; then it says how many
-            were tried, and for the cheapest and the last at which step which bodies found no places.
+        InfeasibleError: no plan satisfies the formula.
+        NoPlacesError: none of those tried can be placed; says how many were tried, and for the cheapest and the last
+            at which step which bodies found no places.
     """
     fits = fits or GeometricFits(scenario, geometry)
     start, system = initial_state(scenario, starts), form(scenario, fits, sum_rule(scenario))
@@ -117,9 +118,9 @@ def _bounded(found: Plan, least: Plan) -> Plan:
     return replace(found, status="feasible", lower_bound=least.lower_bound)
 
 
-def _refusal(failures: list[str]) -> InfeasibleError:
+def _refusal(failures: list[str]) -> NoPlacesError:
     """It is not a formula that stands against these plans: the bodies do not fit as they would have to."""
     count = "the only plan tried" if len(failures) == 1 else f"any of the {len(failures)} plans tried"
     first, last = failures[0], failures[-1]
     text = f"no places for the bodies were found in {count}; the cheapest fails at {first}"
-    return InfeasibleError(text if first == last else f"{text}; the last fails at {last}")
+    return NoPlacesError(text if first == last else f"{text}; the last fails at {last}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
@@ -115,6 +116,37 @@ def test_what_cannot_be_is_infeasible(drake_ltl, shuttle_file, tmp_path):
     assert data["satisfied"] is False
     assert len(data["violations"]) == 1
     assert {key for key in KEYS if data[key] is None} == KEYS - {"satisfied", "violations"}
+
+
+CRAMPED = """\
+workspace: {radius: 20.0}
+regions:
+  near: {centre: [-6.0, 0.0, 0.0], radius: 4.0}
+  far: {centre: [6.0, 0.5, 0.0], radius: 4.0}
+agents:
+  a1: {model: package://drake_ltl_models/agents/planar_arm.urdf, position: [-7.0, 0.0], heading: 0.0}
+  a2: {model: package://drake_ltl_models/agents/planar_arm.urdf, position: [5.0, 2.0], heading: 0.0}
+objects:
+  crate:
+    model: package://drake_ltl_models/objects/crate.sdf
+    position: [-5.0, -2.0]
+    power_needed: 2
+    spec: "F far"
+"""
+
+
+def test_bodies_without_places_are_not_a_formula_s_fault(drake_ltl, tmp_path):
+    """Both robots would have to stand in line with the crate, which is too near to the region's border."""
+    path = tmp_path / "cramped.yaml"
+    path.write_text(CRAMPED, encoding="utf-8")
+    assert drake_ltl("plan", path).status == 0
+    result = drake_ltl("simulate", path, "--json", tmp_path / "verdict.json")
+    assert result.status == 1
+    (line,) = result.err.splitlines()
+    assert re.match(r"no plan: no places for the bodies were found in any of the \d+ plans tried; ", line)
+    assert re.search(r"the cheapest fails at step \d+ \(.*grasps crate in near.*\), whatever places are tried: ", line)
+    assert "formula" not in line
+    assert read(tmp_path / "verdict.json")["violations"] == [line.removeprefix("no plan: ")]
 
 
 def test_bad_input(drake_ltl, shuttle_file):

@@ -62,14 +62,14 @@ def test_another_start(planned):
 def test_wrong_actions(planned):
     found, *rest = planned
     idle = (*found.moves[:1], (), *found.moves[2:])
-    with pytest.raises(CertificateError, match=r"move 2, .*actions"):
+    with pytest.raises(CertificateError, match=r"step 2, .*actions"):
         check(replace(found, moves=idle), *rest)
 
 
 def test_an_illegal_transition(planned):
     found, scenario, *rest = planned
     shorter = replace(found, prefix=found.prefix[:2] + found.prefix[3:])
-    with pytest.raises(CertificateError, match="move 2"):
+    with pytest.raises(CertificateError, match="step 2"):
         check(with_moves(shorter, scenario), scenario, *rest)
 
 

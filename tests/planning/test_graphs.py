@@ -64,6 +64,7 @@ def test_dot_is_the_lasso(planned):
     assert [borders[name] for name in names] == ["1"] * found.loop + ["2"] * len(found.suffix)
     labels = [edge.get("label") for edge in graph.get_edges()]
     assert any("{a1, a2} carry o1: pi2 → pi4" in label for label in labels)
+    assert [label.strip('"').split(r"\n")[0] for label in labels] == [f"step {k}" for k in range(1, len(labels) + 1)]
     assert "a1 pi1[o2], a2 pi1[o2]" in graph.to_string()
 
 

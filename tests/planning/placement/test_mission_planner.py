@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from drake_ltl.errors import InfeasibleError
+from drake_ltl.errors import NoPlacesError
 from drake_ltl.planning.mission_planner import plan_mission
 from drake_ltl.scenario.starts import check_starts
 
@@ -50,7 +50,7 @@ def test_headings_decide_whether_two_agents_can_fetch_the_object(tools):
 
     scenario = _case_i(tools, turn=0)
     geometry = tools.geometry(scenario)
-    with pytest.raises(InfeasibleError, match=r"fails at step \d+ \(.*a2 grasps o2 in pi1.* apart in pi1") as caught:
+    with pytest.raises(NoPlacesError, match=r"fails at step \d+ \(.*a2 grasps o2 in pi1.* apart in pi1") as caught:
         plan_mission(scenario, geometry, check_starts(scenario, geometry))
     assert re.match(r"no places for the bodies were found in any of the \d+ plans tried; ", str(caught.value))
     assert "formula" not in str(caught.value)  # each of them can be satisfied
@@ -73,5 +73,5 @@ def test_a_plan_in_the_way_of_a_given_object_is_planned_around(tools):
 def test_attempts_are_bounded(tools):
     scenario = _case_i(tools, turn=0)
     geometry = tools.geometry(scenario)
-    with pytest.raises(InfeasibleError, match=r"no places .* in the only plan tried; the cheapest fails at step \d+ "):
+    with pytest.raises(NoPlacesError, match=r"no places .* in the only plan tried; the cheapest fails at step \d+ "):
         plan_mission(scenario, geometry, check_starts(scenario, geometry), max_attempts=1)
