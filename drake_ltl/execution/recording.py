@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -133,14 +133,54 @@ class Recording:
             InvalidInputError: it is not there, or not a recording of this version.
         """
         try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
-                arrays = dict(archive)
-            header = json.loads(arrays.pop("header").tobytes())
-            return _from_parts(header, arrays)
+            with open(path, "rb") as file:
+                _check_kind(path, file.read(2))
+                file.seek(0)
+                header, arrays = _read(path, file)
         except OSError as error:
             raise _mistake(path, error.strerror or "cannot be read", "name a recording") from error
-        except Exception as error:  # damage shows in zipfile, zlib, json or numpy, in each in many ways
-            raise _mistake(path, f"is not a recording of version {VERSION}", "make one with `simulate`") from error
+        try:
+            return _from_parts(header, arrays)
+        except KeyError as error:
+            raise _mistake(path, f"is a damaged recording: it lacks {error.args[0]!r}", _ANEW) from error
+        except Exception as error:  # what does not fit together shows in many ways
+            raise _mistake(path, "is a damaged recording: its parts do not fit together", _ANEW) from error
+
+
+_ANEW = "make a new one with `simulate`"
+
+
+def _check_kind(path: Path | str, first: bytes) -> None:
+    if not first:
+        raise _mistake(path, "is empty", _ANEW)
+    if first != b"PK":  # as every zip begins
+        raise _mistake(path, "is not a recording but a file of another kind", "name one that `simulate` wrote")
+
+
+def _read(path: Path | str, file: BinaryIO) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Header and arrays of an archive that is a recording of this version."""
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            arrays = dict(archive) if "header" in archive else {}
+    except Exception as error:  # damage shows in zipfile, zlib or numpy, in each in many ways
+        raise _mistake(path, "is a damaged archive: it is cut off, or was changed", "copy it again") from error
+    try:
+        header = json.loads(arrays.pop("header").tobytes())
+        is_recording = header["format"] == FORMAT
+    except Exception:  # no header, or none of ours
+        is_recording = False
+    if not is_recording:
+        raise _mistake(path, "is not a recording but another archive", "name one that `simulate` wrote")
+    version = header.get("version")
+    if not isinstance(version, int):
+        raise _mistake(path, "is a damaged recording: it has no version", _ANEW)
+    if version < VERSION:
+        what = f"is a recording of the older version {version}, and this release reads version {VERSION}"
+        raise _mistake(path, what, _ANEW)
+    if version > VERSION:
+        what = f"is a recording of the newer version {version}, and this release reads version {VERSION}"
+        raise _mistake(path, what, "use the release of drake_ltl that made it")
+    return header, arrays
 
 
 _HEADER_FIELDS = (
@@ -162,8 +202,6 @@ _GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
 
 
 def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recording:
-    if header["format"] != FORMAT or header["version"] != VERSION:
-        raise ValueError(header["version"])
     header["agents"], header["objects"] = tuple(header["agents"]), tuple(header["objects"])
     steps = tuple(StepRecord(**{**step, "actions": tuple(step["actions"])}) for step in header["steps"])
     intervals = tuple(_interval(interval) for interval in header["intervals"])

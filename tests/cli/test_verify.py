@@ -9,14 +9,22 @@ import numpy as np
 import pytest
 
 
-@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04 and no more", b"name: case_ii\n"])
-def test_damaged_files(drake_ltl, tmp_path, content):
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "is empty"),
+        (b"hello", "is not a recording"),
+        (b"PK\x03\x04 and no more", "is a damaged archive"),
+        (b"name: case_ii\n", "is not a recording"),
+    ],
+)
+def test_damaged_files(drake_ltl, tmp_path, content, words):
     path = tmp_path / "run.npz"
     path.write_bytes(content)
     result = drake_ltl("verify", path, "--json", tmp_path / "verdict.json")
     assert result.status == 2
     (line,) = result.err.splitlines()
-    assert line.startswith(f"{path}: is not a recording")
+    assert line.startswith(f"{path}: {words}")
     assert not (tmp_path / "verdict.json").exists()
 
 

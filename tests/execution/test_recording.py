@@ -148,47 +148,67 @@ def test_files_that_are_not_there(tmp_path):
     assert refusal(tmp_path)  # a folder
 
 
-@pytest.mark.parametrize("content", [b"", b"hello\n", b"name: case_ii\n", b"PK\x03\x04", b"\x93NUMPY", b"\x00" * 100])
-def test_files_of_another_kind(tmp_path, content):
+OTHER_KIND = "not a recording but a file of another kind"
+OTHER_ARCHIVE = "not a recording but another archive"
+DAMAGED = "is a damaged archive: it is cut off, or was changed"
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "is empty"),
+        (b"hello\n", OTHER_KIND),
+        (b"name: case_ii\n", OTHER_KIND),
+        (b"\x93NUMPY", OTHER_KIND),
+        (b"\x00" * 100, OTHER_KIND),
+        (b"PK\x03\x04", DAMAGED),
+    ],
+)
+def test_files_of_another_kind(tmp_path, content, words):
     path = tmp_path / "run.npz"
     path.write_bytes(content)
-    assert "not a recording" in refusal(path)
+    assert words in refusal(path)
 
 
 def test_a_single_array_is_no_recording(tmp_path):
     np.save(tmp_path / "array.npy", np.zeros(3))
-    assert "not a recording" in refusal(tmp_path / "array.npy")
+    assert OTHER_KIND in refusal(tmp_path / "array.npy")
 
 
 def test_pickles_are_not_loaded(tmp_path):
     np.savez(tmp_path / "evil.npz", header=np.array([{"format": "drake_ltl recording"}], dtype=object))
-    assert "not a recording" in refusal(tmp_path / "evil.npz")
+    assert DAMAGED in refusal(tmp_path / "evil.npz")
 
 
 def test_other_archives(tmp_path):
     np.savez(tmp_path / "other.npz", x=np.zeros(3))
-    assert "not a recording" in refusal(tmp_path / "other.npz")
+    assert OTHER_ARCHIVE in refusal(tmp_path / "other.npz")
     with zipfile.ZipFile(tmp_path / "some.zip", "w") as archive:
         archive.writestr("header", "{}")
-    assert "not a recording" in refusal(tmp_path / "some.zip")
+    assert OTHER_ARCHIVE in refusal(tmp_path / "some.zip")
+
+
+PARTS = "is a damaged recording: its parts do not fit together"
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "words"),
     [
-        {"version": 1},
-        {"version": 3},
-        {"intervals": [{"step": 0}]},
-        {"version": None},
-        {"format": "another"},
-        {"agents": ["a1", "a9"]},
-        {"agents": None},
-        {"steps": [{"number": 0}]},
-        {"steps": 3},
-        {"reason": ...},
+        ({"version": 1}, "of the older version 1, and this release reads version 2"),
+        ({"version": 3}, "of the newer version 3, and this release reads version 2"),
+        ({"version": None}, "is a damaged recording: it has no version"),
+        ({"version": ...}, "is a damaged recording: it has no version"),
+        ({"format": "another"}, OTHER_ARCHIVE),
+        ({"format": ...}, OTHER_ARCHIVE),
+        ({"intervals": [{"step": 0}]}, "it lacks 'phase'"),
+        ({"agents": ["a1", "a9"]}, "it lacks 'q/a9'"),
+        ({"agents": None}, PARTS),
+        ({"steps": [{"number": 0}]}, "it lacks 'actions'"),
+        ({"steps": 3}, PARTS),
+        ({"reason": ...}, "it lacks 'reason'"),
     ],
 )
-def test_headers_that_do_not_fit(tmp_path, change):
+def test_headers_that_do_not_fit(tmp_path, change, words):
     make().save(tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as archive:
         arrays = dict(archive)
@@ -196,7 +216,7 @@ def test_headers_that_do_not_fit(tmp_path, change):
     header = {key: value for key, value in header.items() if value is not ...}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     np.savez(tmp_path / "changed.npz", **arrays)
-    assert "not a recording" in refusal(tmp_path / "changed.npz")
+    assert words in refusal(tmp_path / "changed.npz")
 
 
 @pytest.mark.parametrize("header", [b"[1, 2]", b"3", b"not json", b"\xff\xff", b"null"])
@@ -205,7 +225,7 @@ def test_headers_that_are_none(tmp_path, header):
     with np.load(tmp_path / "run.npz") as archive:
         arrays = dict(archive) | {"header": np.frombuffer(header, dtype=np.uint8)}
     np.savez(tmp_path / "changed.npz", **arrays)
-    assert "not a recording" in refusal(tmp_path / "changed.npz")
+    assert OTHER_ARCHIVE in refusal(tmp_path / "changed.npz")
 
 
 @pytest.mark.parametrize("name", ["time", "q/a1", "pose/o1", "grasp"])
@@ -214,19 +234,20 @@ def test_arrays_that_are_missing_or_short(tmp_path, name):
     with np.load(tmp_path / "run.npz") as archive:
         arrays = dict(archive)
     np.savez(tmp_path / "short.npz", **(arrays | {name: arrays[name][:-1]}))
-    assert "not a recording" in refusal(tmp_path / "short.npz")
+    assert PARTS in refusal(tmp_path / "short.npz")
     np.savez(tmp_path / "single.npz", **(arrays | {name: np.float64(3.0)}))
-    assert "not a recording" in refusal(tmp_path / "single.npz")
+    assert PARTS in refusal(tmp_path / "single.npz")
     del arrays[name]
     np.savez(tmp_path / "missing.npz", **arrays)
-    assert "not a recording" in refusal(tmp_path / "missing.npz")
+    assert f"it lacks {name!r}" in refusal(tmp_path / "missing.npz")
 
 
 @given(share=st.floats(0.0, 1.0, exclude_max=True))
 def test_truncated_files(tmp_path_factory, whole, share):
     path = tmp_path_factory.mktemp("cut") / "run.npz"
-    path.write_bytes(whole[: int(share * len(whole))])
-    assert "not a recording" in refusal(path)
+    length = int(share * len(whole))
+    path.write_bytes(whole[:length])
+    assert ("is empty" if length == 0 else OTHER_KIND if length == 1 else DAMAGED) in refusal(path)
 
 
 @given(place=st.floats(0.0, 1.0, exclude_max=True), flip=st.integers(1, 255))
