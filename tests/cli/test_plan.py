@@ -58,13 +58,24 @@ def test_the_paper_s_examples(drake_ltl, examples, tmp_path, case, prefix, suffi
     assert all(seconds >= 0.0 for seconds in data["seconds"].values() if seconds is not None)
     assert case in result.out
     assert "optimal" in result.out
-    assert "not checked: whether the bodies find places" in result.out  # an optimal plan need not be one that bodies can carry out
+    assert "not checked: whether the bodies find places" in result.out
 
 
 def test_geometric_fits_are_measured(drake_ltl, changed, tmp_path):
     result = drake_ltl("plan", changed({PUBLISHED: "fits: geometric"}), "--json", tmp_path / "plan.json")
     assert result.status == 0
     assert read(tmp_path / "plan.json")["status"] == "optimal"
+
+
+def test_radii_smaller_than_the_bodies_are_refused_where_models_are_loaded(drake_ltl, changed):
+    """The published rule counts bodies and asks for no radius: with all of them stated no model is loaded."""
+    small = {"team_radius: 2.67": "team_radius: 2.0"}
+    assert drake_ltl("plan", changed(small)).status == 0
+    result = drake_ltl("plan", changed({**small, PUBLISHED: "fits: geometric"}))
+    assert result.status == 2
+    (line,) = result.err.splitlines()
+    assert line.startswith("team_radius: 2.0 is less than the 2.6339 m that who grasps o1")
+    assert line.endswith("write at least 2.664, or leave it out")
 
 
 def test_what_cannot_be_is_infeasible(drake_ltl, changed, tmp_path):
