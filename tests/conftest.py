@@ -85,6 +85,23 @@ def arm_plant():
     return make
 
 
+YAW_JOINT = {
+    'name="mount" type="fixed"': 'name="yaw" type="revolute"',
+    '<child link="turret"/>': '<child link="turret"/><axis xyz="0 0 1"/><limit lower="-4" upper="4" effort="100"/>',
+    '<link name="turret">': '<link name="turret"><inertial><mass value="0.3"/>'
+    '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>',
+    "</robot>": '<transmission name="yaw"><type>transmission_interface/SimpleTransmission</type>'
+    '<joint name="yaw"/><actuator name="yaw"/></transmission></robot>',
+}
+"""Text of the planar arm's model, and what takes its place."""
+
+
+@pytest.fixture(scope="session")
+def yaw_joint() -> dict[str, str]:
+    """Changes that give the planar arm a yaw joint for its mount; its actuator comes last."""
+    return YAW_JOINT
+
+
 SHUTTLE = """\
 name: shuttle
 workspace: {radius: 8.0}

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from drake_ltl.diagrams import MakeMissionDiagram
+from drake_ltl.models import package_xml
 
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.execution.runner import RunMission
@@ -203,3 +204,35 @@ def test_who_ignores_obstacles_is_judged_violated(monkeypatch, bad):
         assert verdict.min_clearance["forbidden_region"] < -2.0
     else:
         assert verdict.min_clearance["forbidden_region"] > 0.0
+
+
+ERRAND = """\
+name: errand
+workspace: {radius: 20.0}
+regions:
+  near: {centre: [-7.5, 0.0, 0.0], radius: 6.5}
+  far: {centre: [7.0, 0.5, 0.0], radius: 6.0}
+agents:
+  a1: {model: yaw_arm.urdf, position: [-10.0, 2.5]}
+  a2: {model: yaw_arm.urdf, position: [5.0, 2.0]}
+objects:
+  crate:
+    model: package://drake_ltl_models/objects/crate.sdf
+    position: [-7.0, 0.0]
+    power_needed: 2
+    spec: "GF near & GF far"
+"""
+
+
+def test_arms_with_a_yaw_joint_carry(tmp_path, yaw_joint):
+    """Five joints, whose actuators stand in another order."""
+    text = (package_xml().parent / "agents" / "planar_arm.urdf").read_text(encoding="utf-8")
+    for old, new in yaw_joint.items():
+        text = text.replace(old, new)
+    (tmp_path / "yaw_arm.urdf").write_text(text, encoding="utf-8")
+    scenario = loads(ERRAND, base=tmp_path)
+    models = measure(scenario)
+    run = simulate(plan_and_place(scenario, models), scenario, models)
+    assert any(action["kind"] == "transport" for step in run.recording.steps for action in step.actions)
+    verdict = verify(run.recording, scenario)
+    assert verdict.satisfied, [str(violation) for violation in verdict.violations]

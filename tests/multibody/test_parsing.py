@@ -58,19 +58,9 @@ def test_a_heading_needs_a_mount(changed_model, make_agent, change):
     AddAgentModel(MultibodyPlant(0.0), make_agent(0.0, path))  # without a heading it may be called as it likes
 
 
-YAW = {
-    'name="mount" type="fixed"': 'name="yaw" type="revolute"',
-    '<child link="turret"/>': '<child link="turret"/><axis xyz="0 0 1"/><limit lower="-4" upper="4" effort="100"/>',
-    '<link name="turret">': '<link name="turret"><inertial><mass value="0.3"/>'
-    '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>',
-    "</robot>": '<transmission name="yaw"><type>transmission_interface/SimpleTransmission</type>'
-    '<joint name="yaw"/><actuator name="yaw"/></transmission></robot>',
-}
-
-
-def test_an_arm_with_a_yaw_joint_turns_itself(changed_model, make_agent, make_object):
+def test_an_arm_with_a_yaw_joint_turns_itself(changed_model, yaw_joint, make_agent, make_object):
     """It needs no mount, and grasps along its heading with the joint turned."""
-    agent = make_agent(1.0, changed_model(ARM, YAW))
+    agent = make_agent(1.0, changed_model(ARM, yaw_joint))
     model, crate = AgentModel(agent), ObjectModel(make_object())
     assert model.joint_names == ("x", "y", "yaw", "q1", "q2")
     plus, minus = grasp_configurations(model, crate.X_OG, crate.height)
@@ -81,8 +71,8 @@ def test_an_arm_with_a_yaw_joint_turns_itself(changed_model, make_agent, make_ob
 
 
 @pytest.mark.parametrize("change", [{"0 0 1": "0 1 0"}, {"revolute": "prismatic"}], ids=["not upright", "no turn"])
-def test_another_joint_is_no_yaw(changed_model, make_agent, change):
-    changes = {old: new.replace(*next(iter(change.items()))) for old, new in YAW.items()}
+def test_another_joint_is_no_yaw(changed_model, yaw_joint, make_agent, change):
+    changes = {old: new.replace(*next(iter(change.items()))) for old, new in yaw_joint.items()}
     assert the_mistake(AddAgentModel, make_agent(1.0, changed_model(ARM, changes))).where == "agents.a1.heading"
 
 
