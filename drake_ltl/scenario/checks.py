@@ -127,10 +127,15 @@ def _existing(uri: str | None, folder: ModelFolder, kind: str, entry: Table) -> 
         except (ValueError, OSError, RuntimeError) as error:  # a home folder that nobody has, a name too long
             raise UnfitValueError(f"{shown(uri)} cannot be found ({error})", remedy) from error
         if not exists:
-            raise UnfitValueError(f"{shown(uri)} is no file", remedy)
+            raise UnfitValueError(f"{shown(uri)} is no file{_looked_for(uri, path)}", remedy)
         return path
 
     return entry.attempt("model", find)
+
+
+def _looked_for(uri: str, path: Path) -> str:
+    """Where, if the name does not say it."""
+    return "" if "://" in uri or str(path) == uri else f" (looked for as {path.absolute()})"
 
 
 def _look_into(look: Any, remedy: str, entry: Table) -> Any:

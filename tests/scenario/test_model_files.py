@@ -104,3 +104,14 @@ def test_paths_start_at_the_file_s_folder_and_become_absolute(tmp_path, data, mo
     scenario = load("../scenario.yaml")
     assert [agent.model for agent in scenario.agents] == [str(arm), str(arm)]
     assert scenario.objects[0].model.startswith("package://")
+
+
+def test_a_relative_path_is_looked_for_where_the_message_says(tmp_path, data):
+    data["agents"]["a1"]["model"] = "models/arm.urdf"
+    data["agents"]["a2"]["model"] = str(tmp_path / "arm.urdf")
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
+    with pytest.raises(InvalidInputError) as caught:
+        load(tmp_path / "scenario.yaml")
+    relative, absolute = caught.value.mistakes
+    assert relative.what == f"'models/arm.urdf' is no file (looked for as {tmp_path / 'models' / 'arm.urdf'})"
+    assert absolute.what == f"{str(tmp_path / 'arm.urdf')!r} is no file"
