@@ -7,6 +7,12 @@ import numpy as np
 from drake_ltl.dynamics.grasp import wrench_at_gripper
 
 
+def speed_of(v: np.ndarray) -> float:
+    """|v| [m/s] of a velocity (3,) or (2,); AutoDiffXd has no derivatives of it at rest, where there are none."""
+    squared = v @ v
+    return np.sqrt(squared) if squared > 0.0 else 0.0 * squared
+
+
 def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarray:
     """The diagonal of K, growing with the square of the speed beyond `limit` [m/s], at most MAX_GROWTH times.
 

@@ -36,8 +36,8 @@ def check_load_shares(shares: np.ndarray) -> None:
     Raises:
         ValueError: some are negative or not finite, or their sum is neither 1 nor 0.
     """
-    total = float(shares.sum())
-    if not (shares >= 0.0).all() or not (total == 0.0 or abs(total - 1.0) <= SUM_TOLERANCE):
+    total = shares.sum()
+    if not (shares >= 0.0).all() or not (total == 0.0 or -SUM_TOLERANCE <= total - 1.0 <= SUM_TOLERANCE):
         raise ValueError(f"load shares must be positive and of sum 1 within a team, not {shares.tolist()!r}")
 
 

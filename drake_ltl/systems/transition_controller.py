@@ -3,52 +3,69 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem_, OutputPort
+from pydrake.systems.scalar_conversion import TemplateSystem
 
-from drake_ltl.dynamics import growing_damping, transition_torque
+from drake_ltl.dynamics import growing_damping, speed_of, transition_torque
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.multibody.autodiff_agent import agent_for
 
 
-class TransitionController(LeafSystem):
-    """tau_z = g_q(q) - grad_q psi - K_z qd.
+@TemplateSystem.define("TransitionController_", T_list=[float, AutoDiffXd])
+def TransitionController_(T):
+    class Impl(LeafSystem_[T]):
+        """tau_z = g_q(q) - grad_q psi - K_z qd.
 
-    .. pydrake_system::
+        .. pydrake_system::
 
-        name: TransitionController
-        input_ports:
-        - state
-        - gradient
-        output_ports:
-        - torque
+            name: TransitionController
+            input_ports:
+            - state
+            - gradient
+            output_ports:
+            - torque
 
-    `state` is (q, qd) (2n,), `gradient` k dPhi/dq (n,), `torque` (n,) [N, N m].
-    """
+        `state` is (q, qd) (2n,), `gradient` k dPhi/dq (n,), `torque` (n,) [N, N m]. It may be converted to
+        AutoDiffXd.
+        """
 
-    def __init__(self, model: AgentModel, damping: np.ndarray, speed_limit: float = np.inf):
-        """`damping` is the diagonal (n,) of K_z [N s/m, N m s/rad], all positive; it grows beyond `speed_limit`
-        of the base [m/s], see `dynamics.growing_damping`."""
-        super().__init__()
-        self.set_name(f"transition_{model.agent.name}")
-        if damping.shape != (model.n,) or not np.all(damping > 0.0):
-            raise ValueError(f"damping must be {model.n} positive numbers, not {damping!r}")
-        self._model, self._damping, self._speed_limit = model, damping, speed_limit
-        self._state = self.DeclareVectorInputPort("state", 2 * model.n)
-        self._gradient = self.DeclareVectorInputPort("gradient", model.n)
-        self._torque = self.DeclareVectorOutputPort("torque", model.n, self._calc_torque)
+        def _construct(self, model: AgentModel, damping: np.ndarray, speed_limit: float = np.inf, *, converter=None):
+            """`damping` is the diagonal (n,) of K_z [N s/m, N m s/rad], all positive; it grows beyond `speed_limit`
+            of the base [m/s], see `dynamics.growing_damping`."""
+            LeafSystem_[T].__init__(self, converter)
+            self.set_name(f"transition_{model.agent.name}")
+            if damping.shape != (model.n,) or not np.all(damping > 0.0):
+                raise ValueError(f"damping must be {model.n} positive numbers, not {damping!r}")
+            self._model, self._damping, self._speed_limit = model, damping, speed_limit
+            self._agent = agent_for(T, model)
+            self._state = self.DeclareVectorInputPort("state", 2 * model.n)
+            self._gradient = self.DeclareVectorInputPort("gradient", model.n)
+            self._torque = self.DeclareVectorOutputPort("torque", model.n, self._calc_torque)
 
-    def get_state_input_port(self) -> InputPort:
-        return self._state
+        def _construct_copy(self, other, converter=None):
+            Impl._construct(self, other._model, other._damping, other._speed_limit, converter=converter)
 
-    def get_gradient_input_port(self) -> InputPort:
-        return self._gradient
+        def get_state_input_port(self) -> InputPort:
+            return self._state
 
-    def get_torque_output_port(self) -> OutputPort:
-        return self._torque
+        def get_gradient_input_port(self) -> InputPort:
+            return self._gradient
 
-    def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        n = self._model.n
-        x = self._state.Eval(context)
-        gradient = self._gradient.Eval(context)
-        speed = float(np.linalg.norm(x[n : n + NUM_BASE_JOINTS]))
-        damping = growing_damping(self._damping, speed, self._speed_limit)
-        output.SetFromVector(transition_torque(self._model.gravity(x[:n]), gradient, damping, x[n:]))
+        def get_torque_output_port(self) -> OutputPort:
+            return self._torque
+
+        def _calc_torque(self, context: Context, output: BasicVector) -> None:
+            n = self._model.n
+            x = self._state.Eval(context)
+            gradient = self._gradient.Eval(context)
+            damping = growing_damping(self._damping, speed_of(x[n : n + NUM_BASE_JOINTS]), self._speed_limit)
+            output.SetFromVector(transition_torque(self._agent.gravity(x[:n]), gradient, damping, x[n:]))
+
+    return Impl
+
+
+TransitionController = TransitionController_[None]
+TransitionController.__name__ = TransitionController.__qualname__ = (
+    "TransitionController"  # as pictures of diagrams show it
+)

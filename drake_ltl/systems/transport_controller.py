@@ -5,97 +5,138 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from pydrake.autodiffutils import AutoDiffXd
 from pydrake.common.value import Value
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem_, OutputPort, ValueProducer
+from pydrake.systems.scalar_conversion import TemplateSystem
 
-from drake_ltl.dynamics import body_gravity, growing_damping, team_wrench, transport_torque
+from drake_ltl.dynamics import (
+    body_gravity,
+    check_load_shares,
+    growing_damping,
+    speed_of,
+    team_wrench,
+    transport_torque,
+)
 from drake_ltl.multibody.agent_model import AgentModel
+from drake_ltl.multibody.autodiff_agent import agent_for
 from drake_ltl.multibody.object_model import ObjectModel
 
 
-class TransportController(LeafSystem):
-    """tau_i = J_i^T J_O^{-T} c_i (g_O - grad_x psi - K_O v_O) + g_q,i for every agent i of the team.
+@TemplateSystem.define("TransportController_", T_list=[float, AutoDiffXd])
+def TransportController_(T):
+    class Impl(LeafSystem_[T]):
+        """tau_i = J_i^T J_O^{-T} c_i (g_O - grad_x psi - K_O v_O) + g_q,i for every agent i of the team.
 
-    .. pydrake_system::
+        .. pydrake_system::
 
-        name: TransportController
-        input_ports:
-        - state_<object>
-        - gradient
-        - shares
-        - state_<agent>
-        output_ports:
-        - torque_<agent>
+            name: TransportController
+            input_ports:
+            - state_<object>
+            - gradient
+            - shares
+            - state_<agent>
+            output_ports:
+            - torque_<agent>
 
-    `state_<object>` is Drake's state (13,) of a free body: quaternion, position, angular and linear velocity in W.
-    `gradient` is k dPhi/dx (6,) (rotational; translational); `shares` c_tau (N,), of sum 1, zero for agents
-    outside the team, whose torque output is then gravity alone.
-    """
+        `state_<object>` is Drake's state (13,) of a free body: quaternion, position, angular and linear velocity in W.
+        `gradient` is k dPhi/dx (6,) (rotational; translational); `shares` c_tau (N,), of sum 1, zero for agents
+        outside the team, whose torque output is then gravity alone. It may be converted to AutoDiffXd.
+        """
 
-    def __init__(
-        self, obj: ObjectModel, agents: Mapping[str, AgentModel], damping: np.ndarray, speed_limit: float = np.inf
-    ):
-        """`damping` is the diagonal (6,) of K_O (rotational; translational) [N m s, N s/m], all positive; it grows
-        beyond `speed_limit` of the object [m/s], see `dynamics.growing_damping`."""
-        super().__init__()
-        name = obj.object.name
-        self.set_name(f"transport_{name}")
-        if damping.shape != (6,) or not np.all(damping > 0.0):
-            raise ValueError(f"damping must be 6 positive numbers, not {damping!r}")
-        self._agents = dict(agents)
-        self._damping, self._speed_limit = damping, speed_limit
-        self._gravity = body_gravity(obj.mass)
-        self._object = self.DeclareVectorInputPort(f"state_{name}", 13)
-        self._gradient = self.DeclareVectorInputPort("gradient", 6)
-        self._shares = self.DeclareVectorInputPort("shares", len(self._agents))
-        self._wrench = self.DeclareCacheEntry(
-            "team_wrench",
-            ValueProducer(allocate=Value[object], calc=self._calc_wrench),
-            prerequisites_of_calc={self._object.ticket(), self._gradient.ticket()},
-        )
-        self._state, self._torque = {}, {}
-        for index, (agent, model) in enumerate(self._agents.items()):
-            self._state[agent] = self.DeclareVectorInputPort(f"state_{agent}", 2 * model.n)
-            self._torque[agent] = self.DeclareVectorOutputPort(
-                f"torque_{agent}",
-                model.n,
-                self._calc_torque(index, agent, model),
-                {self._wrench.ticket(), self._shares.ticket(), self._state[agent].ticket()},
+        def _construct(
+            self,
+            obj: ObjectModel,
+            agents: Mapping[str, AgentModel],
+            damping: np.ndarray,
+            speed_limit: float = np.inf,
+            *,
+            converter=None,
+        ):
+            """`damping` is the diagonal (6,) of K_O (rotational; translational) [N m s, N s/m], all positive; it grows
+            beyond `speed_limit` of the object [m/s], see `dynamics.growing_damping`."""
+            LeafSystem_[T].__init__(self, converter)
+            name = obj.object.name
+            self.set_name(f"transport_{name}")
+            if damping.shape != (6,) or not np.all(damping > 0.0):
+                raise ValueError(f"damping must be 6 positive numbers, not {damping!r}")
+            self._object_model, self._agents = obj, dict(agents)
+            self._damping, self._speed_limit = damping, speed_limit
+            self._gravity = body_gravity(obj.mass)
+            self._object = self.DeclareVectorInputPort(f"state_{name}", 13)
+            self._gradient = self.DeclareVectorInputPort("gradient", 6)
+            self._shares = self.DeclareVectorInputPort("shares", len(self._agents))
+            self._checked_shares = self.DeclareCacheEntry(
+                "checked_shares",
+                ValueProducer(allocate=Value[object], calc=self._calc_shares),
+                prerequisites_of_calc={self._shares.ticket()},
             )
-
-    def get_object_state_input_port(self) -> InputPort:
-        return self._object
-
-    def get_gradient_input_port(self) -> InputPort:
-        return self._gradient
-
-    def get_shares_input_port(self) -> InputPort:
-        return self._shares
-
-    def get_agent_state_input_port(self, agent: str) -> InputPort:
-        return self._state[agent]
-
-    def get_torque_output_port(self, agent: str) -> OutputPort:
-        return self._torque[agent]
-
-    def _calc_wrench(self, context: Context, value) -> None:
-        V_WO = self._object.Eval(context)[7:]
-        damping = growing_damping(self._damping, float(np.linalg.norm(V_WO[3:])), self._speed_limit)
-        value.set_value(team_wrench(self._gravity, self._gradient.Eval(context), damping, V_WO))
-
-    def _calc_torque(self, index: int, agent: str, model: AgentModel):
-        def calc(context: Context, output: BasicVector) -> None:
-            q = self._state[agent].Eval(context)[: model.n]
-            p_WO = self._object.Eval(context)[4:7]
-            p_OoEo_W = model.grasp_pose(q).translation() - p_WO
-            output.SetFromVector(
-                transport_torque(
-                    self._shares.Eval(context)[index],
-                    self._wrench.Eval(context),
-                    p_OoEo_W,
-                    model.grasp_jacobian(q),
-                    model.gravity(q),
+            self._wrench = self.DeclareCacheEntry(
+                "team_wrench",
+                ValueProducer(allocate=Value[object], calc=self._calc_wrench),
+                prerequisites_of_calc={self._object.ticket(), self._gradient.ticket()},
+            )
+            self._state, self._torque = {}, {}
+            for index, (agent, model) in enumerate(self._agents.items()):
+                self._state[agent] = self.DeclareVectorInputPort(f"state_{agent}", 2 * model.n)
+                self._torque[agent] = self.DeclareVectorOutputPort(
+                    f"torque_{agent}",
+                    model.n,
+                    self._calc_torque(index, agent, agent_for(T, model), model.n),
+                    {self._wrench.ticket(), self._checked_shares.ticket(), self._state[agent].ticket()},
                 )
+
+        def _construct_copy(self, other, converter=None):
+            Impl._construct(
+                self, other._object_model, other._agents, other._damping, other._speed_limit, converter=converter
             )
 
-        return calc
+        def get_object_state_input_port(self) -> InputPort:
+            return self._object
+
+        def get_gradient_input_port(self) -> InputPort:
+            return self._gradient
+
+        def get_shares_input_port(self) -> InputPort:
+            return self._shares
+
+        def get_agent_state_input_port(self, agent: str) -> InputPort:
+            return self._state[agent]
+
+        def get_torque_output_port(self, agent: str) -> OutputPort:
+            return self._torque[agent]
+
+        def _calc_wrench(self, context: Context, value) -> None:
+            V_WO = self._object.Eval(context)[7:]
+            damping = growing_damping(self._damping, speed_of(V_WO[3:]), self._speed_limit)
+            value.set_value(team_wrench(self._gravity, self._gradient.Eval(context), damping, V_WO))
+
+        def _calc_shares(self, context: Context, value) -> None:
+            shares = self._shares.Eval(context)
+            check_load_shares(shares)
+            value.set_value(shares)
+
+        def _calc_torque(self, index: int, agent: str, model, n: int):
+            def calc(context: Context, output: BasicVector) -> None:
+                q = self._state[agent].Eval(context)[:n]
+                p_WO = self._object.Eval(context)[4:7]
+                p_OoEo_W = model.grasp_pose(q).translation() - p_WO
+                output.SetFromVector(
+                    transport_torque(
+                        self._checked_shares.Eval(context)[index],
+                        self._wrench.Eval(context),
+                        p_OoEo_W,
+                        model.grasp_jacobian(q),
+                        model.gravity(q),
+                    )
+                )
+
+            return calc
+
+    return Impl
+
+
+TransportController = TransportController_[None]
+TransportController.__name__ = TransportController.__qualname__ = (
+    "TransportController"  # as pictures of diagrams show it
+)
