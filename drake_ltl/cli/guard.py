@@ -40,7 +40,6 @@ def guarded(command: Callable[[], int]) -> int:
     child = fork()
     if child:
         os.close(writing)
-        adopt()
         return _Guard(child, reading).wait(mask)
     os.close(reading)
     _notes = writing
@@ -155,6 +154,7 @@ class _Guard:
         return FAILURE
 
     def _kill(self) -> None:
+        adopt()
         os.kill(self._child, signal.SIGKILL)
         bury(GRACE)
         if os.isatty(2):

@@ -50,7 +50,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="explicit: enumerate the transition system; bounded: lassos of growing length, for large teams; "
         "auto: explicit unless too large (default)",
     )
-    parser.add_argument("--time-limit", type=_seconds, metavar="S", help="give up after S seconds")
+    parser.add_argument("--time-limit", type=_seconds, metavar="S", help="give up after S seconds of planning")
     parser.set_defaults(run=run)
 
 
