@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import Any
 
+from drake_ltl.planning.words import Letter
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.spot_questions import automaton as translated
@@ -74,6 +75,47 @@ class Conjunct:
             if edge.source == state and all((name in holds) == truth for name, truth in edge.cube):
                 return edge.target, edge.marks
         raise AssertionError(f"no edge of {self.formula} reads {sorted(holds)} in state {state}")
+
+    def accepts(self, prefix: Sequence[Letter], cycle: Sequence[Letter]) -> bool:
+        """Whether the formula holds on the word prefix cycle cycle ..
+
+        Args:
+            prefix: may be empty.
+            cycle: at least one letter.
+        """
+        state: int | None = self.initial
+        for letter in prefix:
+            state, _ = self._read(state, letter)
+        begins: list[int | None] = []
+        met: list[frozenset[int]] = []
+        while state is not None and state not in begins:
+            begins.append(state)
+            marks: set[int] = set()
+            for letter in cycle:
+                state, some = self._read(state, letter)
+                marks |= some
+            met.append(frozenset(marks))
+        if state is None:
+            return False
+        recurring = frozenset().union(*met[begins.index(state) :])
+        return any(clause.often <= recurring and not clause.never & recurring for clause in self.clauses)
+
+    def _read(self, state: int | None, letter: Letter) -> tuple[int | None, frozenset[int]]:
+        """`read`, remembered; None leads to None."""
+        if state is None:
+            return None, frozenset()
+        key = state, letter & self._names
+        if key not in self._known:
+            self._known[key] = self.read(*key)
+        return self._known[key]
+
+    @cached_property
+    def _names(self) -> frozenset[str]:
+        return frozenset(self.propositions)
+
+    @cached_property
+    def _known(self) -> dict[tuple[int, Letter], tuple[int | None, frozenset[int]]]:
+        return {}
 
     @cached_property
     def settles(self) -> int | None:

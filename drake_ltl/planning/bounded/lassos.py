@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import combinations
 
 from ortools.sat.python import cp_model
 
@@ -87,16 +87,6 @@ class Lassos:
         n = sum(value(active) for active in self.active)
         states = tuple(self._state(value, t) for t in range(n))
         return states, next(t for t, enters in enumerate(self.enters) if value(enters))
-
-    def cost(self, run: Run) -> int:
-        """The cost of a lasso, in the problem's units."""
-        states, loop = run
-        ways, region = self.problem.integer_ways(), self.problem.scenario.region_names.index
-        return sum(
-            ways[region(a)][region(b)]
-            for before, after in pairwise((*states, states[loop]))
-            for a, b in zip(before.agents + before.objects, after.agents + after.objects, strict=True)
-        )
 
     def limit(self, cost: int, *, better: bool) -> None:
         """Ask for a cost of at most this, or less than this."""

@@ -67,6 +67,7 @@ def plan_bounded(
     members = lone_members(problem)
     search = Search(
         problem,
+        members,
         conjuncts(scenario),
         Refusals(problem, fits),
         forbidden,

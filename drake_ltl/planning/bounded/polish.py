@@ -1,17 +1,15 @@
 """Improves a lasso piece by piece: most of it is fixed, and what is left is solved to the end.
 
 A lasso is stretched first: its states are repeated, so that whoever is not fixed has time for detours, which are
-cheaper where costs are squared distances. In the end, what waits in vain is taken out again.
+cheaper where costs are squared distances. In the end, what waits in vain is taken out again (`tidying`).
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
 
 from drake_ltl.planning.bounded.lassos import Run
 from drake_ltl.planning.bounded.problem import Problem
-from drake_ltl.planning.words import letter_of, satisfies
 
 SIZE = 2
 """At first so many agents are not fixed, besides one object with its team."""
@@ -28,27 +26,6 @@ def stretched(run: Run, length: int) -> Run:
     return longer, sum(times[:loop])
 
 
-def shortened(problem: Problem, formulas: Sequence[str], run: Run) -> Run:
-    """A lasso without those repeated states that the formulas (over `m.p`) do not need."""
-    t = 1
-    while t <= len(run[0]):
-        less = _without(run, t)
-        if less is not None and _holds(problem, formulas, less):
-            run = less
-        else:
-            t += 1
-    return run
-
-
-def _without(run: Run, t: int) -> Run | None:
-    """The lasso without state t, if that is the same as the one before; t = T stands for the suffix's first."""
-    states, loop = run
-    if t == len(states):
-        repeats = len(states) - loop > 1 and states[-1] == states[loop]
-        return (states[:-1], loop) if repeats else None
-    return (states[:t] + states[t + 1 :], loop - (t <= loop)) if states[t] == states[t - 1] else None
-
-
 def neighbourhood(problem: Problem, run: Run, chance: random.Random, size: int) -> tuple[set[int], range]:
     """Who and when is not fixed next: an object or two with their teams and some others, or a window of time."""
     states, _ = run
@@ -62,9 +39,3 @@ def neighbourhood(problem: Problem, run: Run, chance: random.Random, size: int) 
     team = {i for state in states for i, grasp in enumerate(state.grasps) if grasp in names}
     others = chance.sample(range(n), min(n, size))
     return {n + j for j in objects} | team | set(others), range(0)
-
-
-def _holds(problem: Problem, formulas: Sequence[str], run: Run) -> bool:
-    states, loop = run
-    word = [letter_of(problem.scenario, state) for state in states]
-    return all(satisfies(formula, word[:loop], word[loop:]) for formula in formulas)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
 
 from drake_ltl.planning.costs import region_costs
 from drake_ltl.planning.plan import State
@@ -85,6 +86,19 @@ class Problem:
         """(K, K): the costs in units, to the nearest or rounded down."""
         costs = [[exact(cost) / self.unit for cost in row] for row in self.ways]
         return [[cost.__floor__() if below else round(cost) for cost in row] for row in costs]
+
+    def cost(self, states: Iterable[State]) -> int:
+        """Of consecutive states, in units."""
+        index = {name: k for k, name in enumerate(self.scenario.region_names)}
+        return sum(
+            self._integer_ways[index[a]][index[b]]
+            for before, after in pairwise(states)
+            for a, b in zip(before.agents + before.objects, after.agents + after.objects, strict=True)
+        )
+
+    @cached_property
+    def _integer_ways(self) -> list[list[int]]:
+        return self.integer_ways()
 
     @cached_property
     def powers(self) -> tuple[tuple[int, ...], tuple[int, ...]]:

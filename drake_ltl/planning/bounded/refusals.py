@@ -35,11 +35,24 @@ class Refusals:
         states, loop = run
         before = len(self.cuts) + len(self.weak)
         for state, after in pairwise((*states, states[loop])):
-            self._find_weak(state, after)
+            self.weak += self._weak_teams(state, after)
             for region, content in self._contents(state, after):
                 if not any(cut.region == region and _within(cut.content, content) for cut in self.cuts):
                     self._find_cuts(region, content)
         return len(self.cuts) + len(self.weak) > before
+
+    def allows(self, run: Run) -> bool:
+        """Whether all contents of a lasso fit and all teams are strong enough; nothing is learnt from it."""
+        states, loop = run
+        return all(self.allows_step(*step) for step in pairwise((*states, states[loop])))
+
+    def allows_step(self, before: State, after: State) -> bool:
+        """Whether all contents before and after a step fit, and its teams are strong enough."""
+        return (
+            not self._weak_teams(before, after)
+            and all(self._fits(region, content) for region, content in self._contents(before, after))
+            and all(self._fits(region, content) for region, content in self._contents(after, after))
+        )
 
     def _contents(self, before: State, after: State) -> Iterator[tuple[int, Content]]:
         """What stands in each region before a step, as it leaves and as it arrives."""
@@ -57,12 +70,14 @@ class Refusals:
                 if carried:
                     yield k, content_of(problem.scenario, state, region, carried)
 
-    def _find_weak(self, before: State, after: State) -> None:
+    def _weak_teams(self, before: State, after: State) -> list[WeakTeam]:
+        found = []
         for j, (start, goal) in enumerate(zip(before.objects, after.objects, strict=True)):
             name = self.problem.scenario.object_names[j]
             team = frozenset(i for i, grasp in enumerate(before.grasps) if grasp == name)
             if start != goal and not self.problem.carries(j, team):
-                self.weak.append(WeakTeam(j, team))
+                found.append(WeakTeam(j, team))
+        return found
 
     def _find_cuts(self, region: int, content: Content) -> None:
         if self._fits(region, content):

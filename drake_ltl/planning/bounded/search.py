@@ -1,4 +1,4 @@
-"""The search for ever better lassos of growing length."""
+"""The search for ever better lassos: by chance where teams are large, by constraint models of growing length."""
 
 from __future__ import annotations
 
@@ -6,17 +6,22 @@ import random
 import threading
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 from ortools.sat.python import cp_model
 
+from drake_ltl.planning.bounded.alone import Alone
+from drake_ltl.planning.bounded.annealing import Annealing
 from drake_ltl.planning.bounded.conjuncts import Conjunct
 from drake_ltl.planning.bounded.lassos import Lassos, Run
-from drake_ltl.planning.bounded.polish import SIZE, neighbourhood, shortened, stretched
+from drake_ltl.planning.bounded.polish import SIZE, neighbourhood, stretched
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.reading import Letters, Reader
 from drake_ltl.planning.bounded.refusals import Refusals, counting_rule
 from drake_ltl.planning.bounded.standing import Standing
+from drake_ltl.planning.bounded.tidying import shortened, tidied
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.words import letter_of
 from drake_ltl.scenario.model import PublishedFits
 
 FIRST_HORIZON = 6
@@ -34,6 +39,10 @@ SLACK = 0.7
 """So much longer is a lasso made before its parts are improved."""
 MISSES = 10
 """Parts of a lasso are improved until this many in a row cannot be."""
+LARGEST_MODEL = 30_000
+"""Constraint models are not tried beyond so many ways: steps times members times pairs of regions."""
+TIDYING, MOST_TIDYING = 0.05, 5.0
+"""Share of the time limit that is kept for tidying up, and the most of it [s]."""
 MARGIN = 4
 """The search ends when twice the best lasso's steps, and so many more, are searched to the end."""
 
@@ -43,6 +52,8 @@ class Search:
     """Keeps the best lasso and what has been learnt about contents that do not fit."""
 
     problem: Problem
+    members: list[Alone | None]
+    """From `lone_members`."""
     conjuncts: list[Conjunct]
     refusals: Refusals
     forbidden: frozenset[tuple[State, State]]
@@ -60,27 +71,72 @@ class Search:
 
     def run(self) -> Run | None:
         """The best lasso found until it is proven, time is over, or no longer one seems to be better."""
-        while self.best is None and self.standing.left > 0:
+        self._anneal()
+        while self.best is None and self._left > 0:
             self._search_horizon()
             self.horizon = max(self.horizon + 1, int(self.horizon * GROWTH))
             if self.horizon > MOST_GROWTH * max(FIRST_HORIZON, self.searched):
                 self.horizon, self.patience = self.searched + FIRST_HORIZON, 2.0 * self.patience
+                self._anneal()
         self.patience = 1.0
         while self.best is not None and not self._is_over():
             for stretch in STRETCHES:
-                self.horizon = max(int(len(self.best[0]) * stretch) + 1, self.searched + 1)
-                self._search_horizon()
-                if not self._is_over() and self.searched < self.horizon:
-                    self._polish(self.best)
-                if self._is_over():
-                    break
+                self._anneal()
+                if not self._is_over():
+                    self._search_longer(stretch)
             self.patience *= 2.0
             self.seed += 1
-        return self.best and self._shortened(self.best)
+        return self.best and self._tidied(self.best)
+
+    def _search_longer(self, stretch: float) -> None:
+        """Lassos of up to a multiple of the best one's length, and parts of it, if the models are not too large."""
+        self.horizon = max(int(len(self.best[0]) * stretch) + 1, self.searched + 1)
+        problem = self.problem
+        if self.horizon * len(problem.members) * problem.n_regions**2 > LARGEST_MODEL:
+            return
+        self._search_horizon()
+        if not self._is_over() and self.searched < self.horizon:
+            self._polish(self.best)
+
+    def _anneal(self) -> None:
+        """Rounds of annealing until patience ends; two in a row without gain, from chance and from the best, end it."""
+        end, idle = self.standing.seconds + self._seconds(), 0
+        while idle < 2 and not self._is_over() and self.standing.seconds < end:
+            before = self.best_cost, self.best
+            if not self._annealing.round(self.best, self.best_cost, self._offer, self._is_over):
+                return
+            idle = idle + 1 if before == (self.best_cost, self.best) else 0
+
+    @cached_property
+    def _annealing(self) -> Annealing:
+        return Annealing(self.problem, self.members, self._capacity, random.Random(self.seed))
+
+    def _offer(self, run: Run) -> bool:
+        """Take a lasso that is not known to be one, if it is and costs less."""
+        states, loop = run
+        cost = self.problem.cost((*states, states[loop]))
+        if self.best is not None and cost >= self.best_cost:
+            return False
+        return self._is_lasso(run) and self.accept(run, cost)
+
+    def _is_lasso(self, run: Run) -> bool:
+        """Whether a run fits, avoids what is forbidden and satisfies the formulas."""
+        states, loop = run
+        if not self.refusals.allows(run):
+            return False
+        if self.forbidden and not self.forbidden.isdisjoint(pairwise((*states, states[loop]))):
+            return False
+        word = [letter_of(self.problem.scenario, state) for state in states]
+        return all(conjunct.accepts(word[:loop], word[loop:]) for conjunct in self.conjuncts)
+
+    @property
+    def _left(self) -> float:
+        """Time for searching; what is left after it is for tidying up."""
+        return self.standing.left - min(MOST_TIDYING, TIDYING * self.standing.time_limit)
 
     def _is_over(self) -> bool:
         enough = self.best is not None and self.searched >= 2 * len(self.best[0]) + MARGIN
-        return self.standing.left <= 0 or self.standing.proven or enough
+        return self._left <= 0 or self.standing.proven or enough
 
     def accept(self, run: Run, cost: int) -> bool:
         """Take a lasso that fits; whether it is better than the best so far."""
@@ -98,7 +154,7 @@ class Search:
     def _search_horizon(self) -> None:
         """Search lassos of up to `horizon` steps, with ever more cuts, until all are searched or patience ends."""
         lassos = self._lassos()
-        while self.standing.left > 0:
+        while self._left > 0:
             n_cuts, n_weak = len(self.refusals.cuts), len(self.refusals.weak)
             solver = self._solver()
             with _Callback(self, lassos, solver, self._seconds()) as callback:
@@ -133,10 +189,11 @@ class Search:
             if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) and not callback.refused and self.best:
                 run, misses = self.best, 0
         if self.best:
-            self.best = self._shortened(self.best)
+            self.best = shortened(self.best, self._is_lasso)
 
-    def _shortened(self, run: Run) -> Run:
-        return shortened(self.problem, [conjunct.formula for conjunct in self.conjuncts], run)
+    def _tidied(self, run: Run) -> Run:
+        names, is_step = self.problem.scenario.object_names, self.refusals.allows_step
+        return tidied(names, run, self._is_lasso, is_step, lambda: self.standing.left <= 0)
 
     def _lassos(self) -> Lassos:
         lassos = Lassos(self.problem, self.horizon, self._capacity, costs=self.best is not None)
@@ -156,7 +213,7 @@ class Search:
 
     def _solver(self) -> cp_model.CpSolver:
         solver = cp_model.CpSolver()
-        solver.parameters.max_time_in_seconds = max(0.01, self.standing.left)
+        solver.parameters.max_time_in_seconds = max(0.01, self._left)
         solver.parameters.num_workers = self.workers
         solver.parameters.random_seed = self.seed
         return solver
@@ -197,7 +254,8 @@ class _Callback(cp_model.CpSolverSolutionCallback):
             self.refused = True
             self.stop_search()
             return
-        if self._search.accept(run, self._lassos.cost(run)):
+        states, loop = run
+        if self._search.accept(run, self._search.problem.cost((*states, states[loop]))):
             self._wait()
         if self._search.standing.proven:
             self.stop_search()

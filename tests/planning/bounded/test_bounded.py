@@ -11,11 +11,9 @@ import pytest
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.planning import check, plan
 from drake_ltl.planning.bounded import plan_bounded
-from drake_ltl.planning.bounded.polish import shortened, stretched
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.polish import stretched
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
-from drake_ltl.planning.power import sum_rule
 
 
 def anything_fits(region, content):
@@ -152,19 +150,6 @@ def test_a_start_that_does_not_fit(case_i):
     scenario, start = case_i
     with pytest.raises(InfeasibleError, match="initial state"):
         plan_bounded(scenario, start, lambda region, content: False, time_limit=1.0)
-
-
-def test_stretching_and_shortening(make_scenario):
-    scenario = make_scenario({"a1": (1.0, "GF pi2 & GF pi1")}, {})
-    states = tuple(State((region,), (), (None,)) for region in ("pi1", "pi3", "pi2", "pi1"))
-    run = states, 1
-    longer = stretched(run, 9)
-    assert len(longer[0]) == 9
-    assert longer[0][longer[1]] == states[1]
-    assert longer[0][longer[1] - 1] == states[0]
-    problem = Problem(scenario, states[0], sum_rule(scenario), True)
-    assert shortened(problem, ["GF a1.pi2 & GF a1.pi1"], longer) == run
-    assert shortened(problem, ["GF a1.pi2", "a1.pi1 & X a1.pi1"], longer)[0][:3] == (states[0], states[0], states[1])
 
 
 def test_a_team_too_large_to_enumerate(monkeypatch):
