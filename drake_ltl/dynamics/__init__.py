@@ -29,6 +29,16 @@ from drake_ltl.dynamics.joint_space import (
     joint_dynamics,
 )
 from drake_ltl.dynamics.load_sharing import check_load_shares, internal_wrenches, load_shares
+from drake_ltl.dynamics.orientation import (
+    angular_velocity_map,
+    euler_from_rotation,
+    euler_mismatch,
+    euler_rate_map,
+    is_representation_singular,
+    representation_jacobian,
+    rotation_from_euler,
+    rotation_mismatch,
+)
 from drake_ltl.dynamics.spatial import SpatialDynamics
 from drake_ltl.dynamics.task_space import null_space_wrench, task_dynamics, task_inverse
 from drake_ltl.dynamics.tracking import quintic, tracking_acceleration
@@ -39,10 +49,14 @@ __all__ = [
     "JointDynamics",
     "SpatialDynamics",
     "admissible_twists",
+    "angular_velocity_map",
     "body_gravity",
     "check_load_shares",
     "coriolis_matrix",
     "coupled_dynamics",
+    "euler_from_rotation",
+    "euler_mismatch",
+    "euler_rate_map",
     "frame_jacobian",
     "frame_jacobian_rate",
     "grasp_matrix",
@@ -51,6 +65,7 @@ __all__ = [
     "growing_damping",
     "inertia_matrix",
     "internal_wrenches",
+    "is_representation_singular",
     "joint_dynamics",
     "load_shares",
     "null_space_wrench",
@@ -58,6 +73,9 @@ __all__ = [
     "object_to_agent_jacobian",
     "object_to_agent_jacobian_rate",
     "quintic",
+    "representation_jacobian",
+    "rotation_from_euler",
+    "rotation_mismatch",
     "skew",
     "speed_of",
     "task_dynamics",

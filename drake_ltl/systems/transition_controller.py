@@ -66,6 +66,4 @@ def TransitionController_(T):
 
 
 TransitionController = TransitionController_[None]
-TransitionController.__name__ = TransitionController.__qualname__ = (
-    "TransitionController"  # as pictures of diagrams show it
-)
+TransitionController.__name__ = TransitionController.__qualname__ = "TransitionController"  # as diagrams show it

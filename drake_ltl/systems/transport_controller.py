@@ -137,6 +137,4 @@ def TransportController_(T):
 
 
 TransportController = TransportController_[None]
-TransportController.__name__ = TransportController.__qualname__ = (
-    "TransportController"  # as pictures of diagrams show it
-)
+TransportController.__name__ = TransportController.__qualname__ = "TransportController"  # as diagrams show it
