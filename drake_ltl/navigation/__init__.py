@@ -1,8 +1,9 @@
 """Multirobot navigation functions: relations, obstacle function, potential and its gradient. Pure numpy."""
 
 from drake_ltl.navigation.potential import NavigationFunction
+from drake_ltl.navigation.realisable import RelationSets, realisable_sets
 from drake_ltl.navigation.relations import Apart, Inside, Label, Relations
-from drake_ltl.navigation.shaping import Logarithmic, PaperPhi, PseudoHuber, Shaping
+from drake_ltl.navigation.shaping import Logarithmic, PaperPhi, PseudoHuber, Shaping, check_shaping, shaping_from
 from drake_ltl.navigation.step import (
     Reach,
     RegionBall,
@@ -23,11 +24,15 @@ __all__ = [
     "PseudoHuber",
     "Reach",
     "RegionBall",
+    "RelationSets",
     "Relations",
     "Shaping",
     "StaticBody",
     "StepRelations",
     "Transport",
     "Traveller",
+    "check_shaping",
+    "realisable_sets",
+    "shaping_from",
     "step_relations",
 ]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 
 import numpy as np
 
 from drake_ltl.errors import InvalidInputError, Mistake
-from drake_ltl.navigation.obstacle import LogObstacle, log_product, log_verified
+from drake_ltl.navigation.obstacle import LARGEST_LOG, LogObstacle, log_product, log_verified
+from drake_ltl.navigation.realisable import RelationSets, all_sets, fixed_points, realisable_sets
 from drake_ltl.navigation.relations import Array, Label, Relations
 from drake_ltl.navigation.shaping import LARGEST_EXPONENT, PaperPhi, PseudoHuber, Shaping
 
@@ -35,6 +37,8 @@ class NavigationFunction:
     shaping: Shaping = DEFAULT_SHAPING
     levels: int | None = None
     """Levels of relations for lambda > 0; None means all, and fewer are refused."""
+    realisable: RelationSets | None = None
+    """Sets of relations for lambda > 0; None means that all sets may be realised."""
 
     def __post_init__(self) -> None:
         mistakes = []
@@ -58,8 +62,12 @@ class NavigationFunction:
         lambda_: float = 0.0,
         h: float = 1.0,
         shaping: Shaping = DEFAULT_SHAPING,
+        n_movers: int | None = None,
     ) -> NavigationFunction:
         """The navigation function whose G is measured against that at the goal points (P, 3).
+
+        With `n_movers`, all points but the first so many stay where they are in `goal`, for ever; lambda > 0 then
+        does without the sets of relations that are never realised at once.
 
         Raises InvalidInputError that lists every relation violated at the goal.
         """
@@ -67,19 +75,21 @@ class NavigationFunction:
             raise InvalidInputError(
                 [Mistake("goal", f"violates {label}", "place the bodies apart") for label in violated]
             )
-        plain = cls(relations, kappa, lambda_, h)
+        realisable = None
+        if lambda_ > 0.0 and n_movers is not None:
+            realisable = realisable_sets(relations, fixed_points(goal, n_movers))
+        plain = cls(relations, kappa, lambda_, h, realisable=realisable)
         log_G_goal = float(plain.log_G(goal))
-        return cls(relations, kappa, lambda_, h, log_G_goal, shaping)
+        return cls(relations, kappa, lambda_, h, log_G_goal, shaping, realisable=realisable)
 
     def log_G(self, p: Array) -> Array:
         """log G(p) (...); -inf where a relation is violated."""
-        betas = self.relations.betas(p)
+        log_betas, violated, _ = self._log_betas(p)
         with np.errstate(all="ignore"):
-            log_G = self._log_obstacle(betas)[0]
-        return np.where((betas <= 0.0).any(axis=-1), -np.inf, log_G)
+            return np.where(violated, -np.inf, self._log_obstacle(log_betas)[0])
 
     def value(self, gamma: Array | float, p: Array) -> Array:
-        """Phi (...); +inf (or the shaping's supremum) where a relation is violated."""
+        """Phi (...); the shaping's supremum where a relation is violated."""
         return self._value(gamma, p, self.shaping)
 
     def phi(self, gamma: Array | float, p: Array) -> Array:
@@ -92,36 +102,65 @@ class NavigationFunction:
         Exact also at gamma = 0, since d w = (G / G_goal)^(-1/kappa) (d gamma - gamma d log G / kappa).
         Where a relation is violated there is no gradient: the value is that of `value`, both derivatives are
         nan. A controller therefore asks whether d Phi / d gamma is finite and, if not, names the relations
-        with `violated`.
+        with `violated`. Finite for all other finite arguments: what would overflow saturates.
         """
-        d, betas = self.relations.differences_and_betas(p)
-        with np.errstate(all="ignore"):  # logarithms of betas <= 0, dealt with below
-            log_G, slopes = self._log_obstacle(betas)
+        with np.errstate(all="ignore"):  # whatever is not finite is done again, with care
+            d, betas = self.relations.differences_and_betas(p)
+            log_G, shares = self._log_obstacle(np.log(betas))
             log_scale = (self.log_G_goal - log_G) / self.kappa
             L = np.log(gamma) + log_scale
             value = self.shaping.value(L)
-            by_gamma = np.exp(np.minimum(self.shaping.log_slope(L) + log_scale, LARGEST_EXPONENT))
-            by_log_G = by_gamma * gamma * (-1.0 / self.kappa)
-        by_p = self.relations.gradient(by_log_G[..., None] * slopes, d)
-        bad = betas.min(axis=-1, initial=np.inf) <= 0.0
-        if bad.any():
-            value = np.where(bad, self.shaping.supremum, value)
-            by_gamma = np.where(bad, np.nan, by_gamma)
-            by_p = np.where(bad[..., None, None], np.nan, by_p)
-        return value, by_gamma, by_p
+            by_gamma = np.exp(self.shaping.log_slope(L) + log_scale)
+            by_log_G = by_gamma * gamma / -self.kappa
+            by_p = self.relations.gradient(by_log_G[..., None] * shares / betas, d)
+            checksum = (value + by_gamma).sum() + by_p.sum()
+        if isfinite(checksum):
+            return value, by_gamma, by_p
+        return self._with_care(gamma, p)
+
+    def _with_care(self, gamma: Array | float, p: Array) -> tuple[Array, Array, Array]:
+        """The same where something touches or numbers are extreme: every product as a sum of logarithms."""
+        log_betas, violated, quarter = self._log_betas(p)
+        with np.errstate(all="ignore"):
+            log_G, shares = self._log_obstacle(log_betas)
+            log_scale = self._log_scale(log_G)
+            log_gamma = np.log(gamma)
+            value = self.shaping.value(log_gamma + log_scale)
+            log_by_gamma = self.shaping.log_slope(log_gamma + log_scale) + log_scale
+            log_by_log_G = (log_by_gamma + log_gamma - np.log(self.kappa))[..., None]
+            log_slopes = log_by_log_G + np.log(np.abs(shares)) - log_betas
+            log_terms = log_slopes[..., None] + np.log(np.abs(quarter)) + np.log(4.0)
+            terms = np.exp(np.minimum(log_terms, LARGEST_EXPONENT)) * np.sign(quarter)
+            by_p = self.relations.gradient(-np.sign(shares) * np.ones_like(log_betas), terms)
+            by_gamma = np.exp(np.minimum(log_by_gamma, LARGEST_EXPONENT))
+        return (
+            np.where(violated, self.shaping.supremum, value),
+            np.where(violated, np.nan, by_gamma),
+            np.where(np.asarray(violated)[..., None, None], np.nan, by_p),
+        )
 
     def violated(self, p: Array) -> list[Label]:
         """Labels of the relations whose beta is not positive at some of the points p (..., P, 3)."""
         return self.relations.violated(p)
 
     def _value(self, gamma: Array | float, p: Array, shaping: Shaping) -> Array:
-        log_G = self.log_G(p)
-        with np.errstate(divide="ignore", invalid="ignore"):  # the goal, where gamma is 0
-            L = np.log(gamma) + (self.log_G_goal - log_G) / self.kappa
-        return np.where(log_G == -np.inf, shaping.supremum, shaping.value(L))
+        log_betas, violated, _ = self._log_betas(p)
+        with np.errstate(all="ignore"):  # the goal, where gamma is 0
+            L = np.log(gamma) + self._log_scale(self._log_obstacle(log_betas)[0])
+            return np.where(violated, shaping.supremum, shaping.value(L))
+
+    def _log_betas(self, p: Array) -> tuple[Array, Array, Array]:
+        """Finite log betas (..., n) unless p is nan, whether a relation is violated (...), and d / 4 (..., n, 3)."""
+        log_betas, quarter = self.relations.log_betas(p)
+        return np.maximum(log_betas, -LARGEST_LOG), (log_betas == -np.inf).any(axis=-1), quarter
+
+    def _log_scale(self, log_G: Array) -> Array:
+        """log (G / G_goal)^(-1/kappa)."""
+        return np.clip((self.log_G_goal - log_G) / self.kappa, -LARGEST_LOG, LARGEST_LOG)
 
     @cached_property
     def _log_obstacle(self) -> LogObstacle:
         if self.lambda_ == 0.0:
             return log_product
-        return log_verified(len(self.relations.apart), self.lambda_, self.h, self.levels)
+        relations = self.realisable or all_sets(len(self.relations.apart))
+        return log_verified(relations, self.lambda_, self.h, self.levels)

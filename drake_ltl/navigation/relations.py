@@ -83,6 +83,24 @@ class Relations:
         squares *= self._signs
         return d, squares
 
+    def log_betas(self, p: Array) -> tuple[Array, Array]:
+        """log beta (..., n), -inf where a relation is violated, and the vectors d / 4 (..., n, 3) [m], of any finite p.
+
+        Squares that leave the range of floating point numbers are formed of lengths divided by the largest of each
+        relation; a quarter of every difference is in range. nan comes of nan alone.
+        """
+        with np.errstate(all="ignore"):
+            plain = self.betas(p)
+            quarter = self._incidence @ (np.asarray(p) / 4.0) - self._centres / 4.0
+            scale = np.maximum(np.abs(quarter).max(axis=-1), self._radii / 4.0)
+            scale = np.where(scale > 0.0, scale, 1.0)
+            lengths = quarter / scale[..., None]
+            scaled = np.einsum("...k,...k->...", lengths, lengths) - np.square(self._radii / 4.0 / scale)
+            far = np.log(self._signs * scaled) + 2.0 * np.log(scale) + 2.0 * np.log(4.0)
+            log_betas = np.where(np.isfinite(plain), np.log(plain), far)
+        violated = np.where(np.isfinite(plain), plain, self._signs * scaled) <= 0.0
+        return np.where(violated, -np.inf, log_betas), quarter
+
     def gradient(self, slopes: Array, differences: Array) -> Array:
         """Gradient (..., P, 3) of a function of the betas with respect to the points.
 
@@ -98,7 +116,7 @@ class Relations:
 
     def violated(self, p: Array) -> list[Label]:
         """Labels of the relations whose beta is not positive (or not a number) at some of p (..., P, 3)."""
-        positive = self.betas(p) > 0.0
+        positive = self.log_betas(p)[0] > -np.inf
         everywhere = positive.all(axis=tuple(range(positive.ndim - 1)))
         return [label for label, holds in zip(self.labels, everywhere, strict=True) if not holds]
 
@@ -125,8 +143,13 @@ class Relations:
         return centres
 
     @cached_property
+    def _radii(self) -> Array:
+        return np.array([float(relation.radius) for relation in (*self.apart, *self.inside)])
+
+    @cached_property
     def _squared_radii(self) -> Array:
-        return np.square([float(relation.radius) for relation in (*self.apart, *self.inside)])
+        with np.errstate(over="ignore"):
+            return np.square(self._radii)
 
     @cached_property
     def _signs(self) -> Array:

@@ -5,23 +5,27 @@ w = gamma / G^(1/kappa), and so is every psi below. They share phi's critical po
 direction of its gradient, and therefore its proof; they differ in the size of the gradient alone.
 
 Each is given as a function of L = log w in [-inf, inf], and its slope with respect to w as a logarithm, so
-that no intermediate number leaves the range of floating point numbers.
+that no intermediate number leaves the range of floating point numbers. Anything with the three members of `Shaping`
+will do; `check_shaping` says what is wrong with one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import log
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.navigation.relations import Array
 
 LARGEST_EXPONENT = 700.0
 """exp of more would overflow: far beyond any potential that means something, values saturate there."""
 
 
+@runtime_checkable
 class Shaping(Protocol):
     """psi, with psi = 0 at w = 0."""
 
@@ -49,8 +53,8 @@ class PseudoHuber:
     supremum = float("inf")
 
     def value(self, L: Array) -> Array:
-        x = np.exp(np.minimum(0.5 * L - log(self.delta), LARGEST_EXPONENT))
-        return self.delta * x * (x / (1.0 + np.hypot(1.0, x)))  # no cancellation near 0, no square far away
+        s = np.exp(np.minimum(0.5 * L, LARGEST_EXPONENT))
+        return s * (s / (self.delta + np.hypot(self.delta, s)))  # no cancellation near 0, no square far away
 
     def log_slope(self, L: Array) -> Array:
         return -log(2.0 * self.delta) - 0.5 * np.logaddexp(0.0, L - 2.0 * log(self.delta))
@@ -83,3 +87,72 @@ class PaperPhi:
 
     def log_slope(self, L: Array) -> Array:
         return -(1.0 + 1.0 / self.kappa) * np.logaddexp(0.0, self.kappa * L)
+
+
+NAMES = ("pseudo_huber", "logarithmic", "paper")
+"""What a scenario may ask for."""
+
+
+def shaping_from(choice: str | Shaping, *, delta: float, kappa: float) -> Shaping:
+    """The shaping of that name, or the user's own if it is fit to be one.
+
+    Raises:
+        InvalidInputError: see `check_shaping`; or an unknown name.
+    """
+    if choice == "pseudo_huber":
+        return PseudoHuber(delta)
+    if choice == "logarithmic":
+        return Logarithmic(delta)
+    if choice == "paper":
+        return PaperPhi(kappa)
+    if isinstance(choice, str):
+        raise InvalidInputError([Mistake(_WHERE, f"{choice!r} is unknown", f"use one of {', '.join(NAMES)}")])
+    check_shaping(choice)
+    return choice
+
+
+def check_shaping(shaping: object) -> None:
+    """Looks at psi on a sample of w from 1e-8 to 1e6 m^2.
+
+    Raises:
+        InvalidInputError: it is no Shaping, is not 0 at w = 0, does not increase strictly, exceeds its own supremum,
+            or its slope is not that of its value.
+    """
+    if not isinstance(shaping, Shaping):
+        what = f"{shaping!r} has not all of supremum, value and log_slope"
+        raise InvalidInputError([Mistake(_WHERE, what, "see drake_ltl.navigation.Shaping")])
+    if mistakes := list(_mistakes(shaping)):
+        raise InvalidInputError(mistakes)
+
+
+def _mistakes(shaping: Shaping) -> Iterator[Mistake]:
+    with np.errstate(all="ignore"):
+        value, log_slope = np.asarray(shaping.value(_SAMPLE)), np.asarray(shaping.log_slope(_SAMPLE))
+        ahead, behind = (np.asarray(shaping.value(_SAMPLE + side)) for side in (_SIDE, -_SIDE))
+        at_goal = float(shaping.value(np.array(-np.inf)))
+    if value.shape != _SAMPLE.shape or log_slope.shape != _SAMPLE.shape:
+        yield Mistake(_WHERE, "does not keep the shape of its argument", "write it for arrays")
+        return
+    if at_goal != 0.0:
+        yield Mistake(_WHERE, f"is {at_goal!r} at w = 0", "must be 0 there (L = -inf)")
+    if not value.max() <= shaping.supremum:
+        yield Mistake(f"{_WHERE}.supremum", f"{shaping.supremum!r} is exceeded", "give the least upper bound")
+    by_L = np.exp(log_slope + _SAMPLE)
+    rise = (ahead - behind) / (2.0 * _SIDE)
+    visible = np.maximum(np.abs(rise), by_L) > 1e-4 * np.abs(value)  # the rest is rounding, as near a supremum
+    faults = {
+        "is not finite": ~(np.isfinite(value) & np.isfinite(log_slope)),
+        "does not increase": ~((ahead >= value) & (value >= behind)) | (visible & (rise <= 0.0)),
+        "has another slope than log_slope says": visible & ~(np.abs(rise - by_L) <= 1e-3 * np.abs(rise)),
+    }
+    for what, where in faults.items():
+        if where.any():
+            w = float(np.exp(_SAMPLE[where][0]))
+            yield Mistake(_WHERE, f"{what} at w = {w:.3g} m^2", "must increase strictly, with log_slope = log(dpsi/dw)")
+            return
+
+
+_WHERE = "controller.shaping"
+_SAMPLE = np.linspace(log(1e-8), log(1e6), 2001)
+_SIDE = 1e-4
+"""Of central differences in L: their error is of the order 1e-8 of the slope, their rounding 1e-12 of the value."""

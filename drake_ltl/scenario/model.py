@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,8 @@ class ControllerSettings:
     """k, far-field force of the navigation potential [N]."""
     delta: float = 0.5
     """Distance within which the potential turns quadratic [m]; k / delta is the stiffness at the goal."""
+    shaping: Any = "pseudo_huber"
+    """psi: pseudo_huber, logarithmic or paper; from Python also a `drake_ltl.navigation.Shaping` of one's own."""
     base_damping: float = 18.0
     """K_z of the base's joints [N s/m]."""
     arm_damping: float = 3.0

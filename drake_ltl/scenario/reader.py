@@ -29,6 +29,10 @@ HEADING_STEP = 2 * math.pi / 3
 LARGEST_TIME_STEP = 0.02
 """[s]; V was seen to fall up to half of it, at this one it can rise (and the verdict then says so)."""
 
+_CONTROLLER_READERS = {
+    "lambda": read.not_negative,
+    "shaping": read.one_of("pseudo_huber", "logarithmic", "paper"),
+}
 Settings = TypeVar("Settings", ControllerSettings, Tolerances, SimulationSettings, PublishedFits)
 
 
@@ -98,7 +102,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         fits=_fits(top),
         seed=top.take("seed", read.integer_from(0), 0),
         team_radius=team_radius,
-        controller=_settings(top.table("controller"), ControllerSettings, {"lambda": read.not_negative}),
+        controller=_settings(top.table("controller"), ControllerSettings, _CONTROLLER_READERS),
         tolerances=_settings(top.table("tolerances"), Tolerances),
         simulation=_settings(
             top.table("simulation"), SimulationSettings, {"time_step": read.at_most(LARGEST_TIME_STEP)}

@@ -11,13 +11,13 @@ from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation import (
     NavigationFunction,
-    PseudoHuber,
     Reach,
     RegionBall,
     StaticBody,
     StepRelations,
     Transport,
     Traveller,
+    shaping_from,
     step_relations,
 )
 from drake_ltl.scenario.model import Scenario
@@ -104,7 +104,8 @@ class FieldBuilder:
         """phi for these movers (see `relations` for the arguments).
 
         Raises:
-            InvalidInputError: a goal violates a relation (a placement that cannot be carried out).
+            InvalidInputError: a goal violates a relation (a placement that cannot be carried out), or the controller's
+                settings do not allow a navigation function (lambda > 0 with too many relations, an unfit shaping).
         """
         relations = self.relations(moving, snapshot, reaches)
         settings = self.scenario.controller
@@ -115,7 +116,8 @@ class FieldBuilder:
             kappa=kappa,
             lambda_=settings.lambda_,
             h=settings.h,
-            shaping=PseudoHuber(settings.delta),
+            shaping=shaping_from(settings.shaping, delta=settings.delta, kappa=kappa),
+            n_movers=relations.n_movers,
         )
         return StepField(moving.travels, moving.transports, relations, function)
 

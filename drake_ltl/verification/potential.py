@@ -1,20 +1,22 @@
-"""V = k psi + kinetic energy, formed from the recorded motion: another hand than the one that steers.
+"""V = k psi(w) + kinetic energy, formed from the recorded motion: another hand than the one that steers.
 
-psi = delta (sqrt(1 + w / delta^2) - 1), w = gamma / (G / G_goal)^(1/kappa), where gamma adds the squared errors of all
-movers and G is the product of the paper's functions beta, one for every pair of spheres that must stay apart. Who
-moves where is taken from the recording's intervals; everything else stands where it stood when the interval began.
+w = gamma / (G / G_goal)^(1/kappa), where gamma adds the squared errors of all movers and G is the product of the
+paper's functions beta, one for every pair of spheres that must stay apart (or of its relation verification functions);
+psi is the scenario's shaping. Who moves where is taken from the recording's intervals; everything else stands where it
+stood when the interval began.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
 from drake_ltl.execution.recording import IntervalRecord, Recording
-from drake_ltl.scenario.model import Scenario
+from drake_ltl.navigation import Apart, Inside, Relations, RelationSets, realisable_sets
+from drake_ltl.scenario.model import ControllerSettings, Scenario
 
 LEAST_KAPPA, KAPPA_PER_RELATION = 12.0, 1.25
 """kappa where the scenario leaves it open."""
@@ -71,25 +73,63 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     apart = [*_apart(motion, movers, others)]
     inside = [*_inside(motion, movers)]
     kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * (len(apart) + len(inside)))
-    log_G = _log_obstacle(motion, len(apart))
+    log_G = _log_obstacle(motion, movers, others)
     betas = [np.stack(columns, axis=-1) for columns in zip(*apart, *inside, strict=True)]
     touching = (betas[0] <= 0.0).any(axis=-1) | (betas[1] <= 0.0).any()
     with np.errstate(divide="ignore", invalid="ignore"):  # logarithms of betas <= 0
         here, at_goal = map(log_G, betas)
         w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
-    psi = w / settings.delta / (1.0 + np.sqrt(1.0 + w / settings.delta**2))
+    psi = _psi(settings, kappa, w)
     return np.where(touching, TOUCHING, settings.force * psi + _energy(motion, record, rows))
 
 
-def _log_obstacle(motion: Motion, n_apart: int) -> Callable[[np.ndarray], np.ndarray]:
-    """log G of betas (..., n), the first `n_apart` of which are those of pairs."""
+def _psi(settings: ControllerSettings, kappa: float, w: np.ndarray) -> np.ndarray:
+    """psi(w) of the scenario's shaping; one of the user's own is taken at its word."""
+    delta = settings.delta
+    if settings.shaping == "pseudo_huber":
+        return w / delta / (1.0 + np.sqrt(1.0 + w / delta**2))
+    if settings.shaping == "logarithmic":
+        return 0.5 * delta * np.log1p(w / delta**2)
+    if settings.shaping == "paper":  # w / (1 + w^kappa)^(1/kappa), with powers of what is at most 1 alone
+        low, high = np.minimum(w, 1.0), np.maximum(w, 1.0)
+        return low * (1.0 + low**kappa) ** (-1.0 / kappa) * ((1.0 + high**-kappa) / 2.0) ** (-1.0 / kappa)
+    with np.errstate(divide="ignore"):
+        return settings.shaping.value(np.log(w))
+
+
+def _log_obstacle(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> Callable[[np.ndarray], np.ndarray]:
+    """log G of betas (..., n), those of pairs first."""
     settings = motion.scenario.controller
     if not settings.lambda_:
         return lambda betas: np.log(betas).sum(axis=-1)
-    from drake_ltl.navigation.obstacle import log_verified  # relation verification functions are not formed twice
+    relations = _realisable(motion, movers, others)
+    levels = [
+        np.array([np.isin(range(relations.n_apart), chosen) for chosen in relations.of_level(level)], dtype=float)
+        for level in range(1, relations.levels + 1)
+    ]
 
-    log_G = log_verified(n_apart, settings.lambda_, settings.h)
-    return lambda betas: log_G(betas)[0]
+    def log_G(betas: np.ndarray) -> np.ndarray:
+        pairs, inside = betas[..., : relations.n_apart], betas[..., relations.n_apart :]
+        total = np.log(inside).sum(axis=-1)
+        for members in levels:
+            log_b = np.log(pairs @ members.T)
+            log_B = log_b.sum(axis=-1, keepdims=True) - log_b
+            share = np.exp(log_b - np.logaddexp(log_b, log_B / settings.h))  # b / (b + B^(1/h))
+            total = total + np.log(np.exp(log_b) + settings.lambda_ * share).sum(axis=-1)
+        return total
+
+    return log_G
+
+
+def _realisable(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> RelationSets:
+    """Sets of the pairs of `_pairs` that can touch at once."""
+    pairs = list(_pairs(motion, movers, others))
+    bodies = list({id(body): body for body in (*movers, *(body for pair in pairs for body in pair))}.values())
+    number = {id(body): index for index, body in enumerate(bodies)}
+    apart = tuple(Apart(number[id(a)], number[id(b)], a.radius + b.radius) for a, b in pairs)
+    inside = tuple(Inside(number[id(a)], tuple(centre), radius) for a, centre, radius in _balls(motion, movers))
+    fixed = tuple((number[id(body)], tuple(map(float, body.goal))) for body in bodies[len(movers) :])
+    return realisable_sets(Relations(len(bodies), apart, inside), fixed)
 
 
 def _gamma(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
@@ -157,25 +197,33 @@ def _still(radius: float, p: np.ndarray) -> _Sphere:
     return _Sphere(radius, p[None], p)
 
 
-def _apart(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """beta = |p_a - p_b|^2 - (r_a + r_b)^2 on the way (n,) and at the goal (), of all that must stay apart."""
-    pairs = [*combinations(movers, 2), *((mover, other) for mover in movers for other in others)]
+def _pairs(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> Iterator[tuple[_Sphere, _Sphere]]:
+    """All that must stay apart."""
+    yield from combinations(movers, 2)
+    yield from product(movers, others)
     for region in motion.scenario.regions:
         ball = _still(region.radius, np.array(region.centre, dtype=float))
-        pairs += [(mover, ball) for mover in movers if region.name not in mover.regions]
-    for a, b in pairs:
+        yield from ((mover, ball) for mover in movers if region.name not in mover.regions)
+
+
+def _apart(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """beta = |p_a - p_b|^2 - (r_a + r_b)^2 of each pair, on the way (n,) and at the goal ()."""
+    for a, b in _pairs(motion, movers, others):
         least = (a.radius + b.radius) ** 2
         yield ((a.way - b.way) ** 2).sum(axis=1) - least, ((a.goal - b.goal) ** 2).sum() - least
 
 
-def _inside(motion: Motion, movers: list[_Sphere]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """beta = (R - r)^2 - |p - centre|^2: in the workspace, and in the region that a mover does not leave."""
-    workspace = (np.zeros(3), motion.scenario.workspace_radius)
+def _balls(motion: Motion, movers: list[_Sphere]) -> Iterator[tuple[_Sphere, np.ndarray, float]]:
+    """Where each mover's centre stays, and how near to it: in the workspace, and in the region it does not leave."""
     for mover in movers:
-        balls = [workspace]
+        yield mover, np.zeros(3), motion.scenario.workspace_radius - mover.radius
         if len(mover.regions) == 1:
             region = motion.scenario.region(next(iter(mover.regions)))
-            balls.append((np.array(region.centre, dtype=float), region.radius))
-        for centre, radius in balls:
-            most = (radius - mover.radius) ** 2
-            yield most - ((mover.way - centre) ** 2).sum(axis=1), most - ((mover.goal - centre) ** 2).sum()
+            yield mover, np.array(region.centre, dtype=float), region.radius - mover.radius
+
+
+def _inside(motion: Motion, movers: list[_Sphere]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """beta = (R - r)^2 - |p - centre|^2 of each mover in each of its balls, on the way (n,) and at the goal ()."""
+    for mover, centre, radius in _balls(motion, movers):
+        way, goal = mover.way - centre, mover.goal - centre
+        yield radius**2 - (way**2).sum(axis=1), radius**2 - goal @ goal
