@@ -33,14 +33,14 @@ _notes: int | None = None
 
 
 def guarded(command: Callable[[], int]) -> int:
-    """The exit status of a command. Returns twice: in the guard and, when the command is done, in its process."""
+    """The exit status of a command. Returns in the command's process alone: the guard's ends here, with that status."""
     global _notes
     reading, writing = os.pipe()
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {*_STOPS, _SAVE})
     child = fork()
     if child:
         os.close(writing)
-        return _Guard(child, reading).wait(mask)
+        os._exit(_Guard(child, reading).wait(mask))  # it has nothing of its own to put in order
     os.close(reading)
     _notes = writing
     for stop in _STOPS:
