@@ -138,7 +138,14 @@ class ClosedLoop:
     """No loop has less; equal to `weight` if that is proven to be the least."""
 
 
-def closed_loop(part: Part, full: int, prices: NDArray, features: Callable[[NDArray], NDArray]) -> ClosedLoop:
+def closed_loop(
+    part: Part,
+    full: int,
+    prices: NDArray,
+    features: Callable[[NDArray], NDArray],
+    limit: float = np.inf,
+    most_edges: int = MOST_EDGES,
+) -> ClosedLoop:
     """The cheapest loop with all marks, closed in the product.
 
     Args:
@@ -146,19 +153,24 @@ def closed_loop(part: Part, full: int, prices: NDArray, features: Callable[[NDAr
         full: all marks.
         prices: (n,), what it costs to begin a loop at each node; finite for some.
         features: of nodes of the product, for `LoopProblem`.
+        limit: no loop of this price + weight or more is looked for; if there is none below, any is returned.
+        most_edges: graphs with more edges are not formed.
     """
     marks = Marks(part, full, prices)
     nodes, weight = marks.some_loop()
-    if full >= MOST_LAYERS or part.n_nodes * (full + 1) > MOST_EDGES:
+    if full >= MOST_LAYERS or part.n_nodes * (full + 1) > most_edges:
         return ClosedLoop(nodes, weight, marks.bound)
-    layers = marks.layers(weight + 1.0, MOST_EDGES)  # weights are integers: the loop known already stays
+    below = min(weight + 1.0, limit)  # weights are integers: the loop known already stays
+    layers = marks.layers(below, most_edges)
     if layers is None:
         return ClosedLoop(nodes, weight, marks.bound)
     roots = layers.nodes[layers.roots]
     problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], features(part.nodes[roots]))
-    loop = cheapest_loop(problem, weight + 1.0)
-    if loop is None:
+    loop = cheapest_loop(problem, below)
+    if loop is None and weight < limit:
         raise AssertionError("a loop that is known was not found again")
+    if loop is None:
+        return ClosedLoop(nodes, weight, limit)
     return ClosedLoop(layers.nodes[list(loop.nodes)].tolist(), loop.weight, loop.weight)
 
 

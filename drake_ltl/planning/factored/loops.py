@@ -6,13 +6,13 @@ few are searched as an ordinary graph. A loop that costs less than the limit is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.factored.identities import Row, follow, sorted_row
 from drake_ltl.planning.factored.nearby import Local, Nearby
 from drake_ltl.planning.factored.waves import Step, WaveProduct, least, spread
@@ -20,8 +20,12 @@ from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.product import accepting, accepting_part
 from drake_ltl.planning.search import closed_loop
 
-FIRST_SLACK = 1 / 8
-"""Share of the lower bound by which the first limit exceeds it."""
+FIRST_STEP = 1 / 32
+"""Share of the lower bound by which the first limit exceeds it; steps grow if nothing is found."""
+MOST_FAILURES = 6
+"""So often steps are made smaller if too much is left to look at."""
+MOST_LAYERED_EDGES = 10_000_000
+"""Of the graph whose nodes say which marks have been collected."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +48,14 @@ class Kind(Protocol):
     low: float
     """No loop has less price + weight."""
     grain: float
-    """Weight of some ordinary step."""
+    """Weight of about one ordinary step."""
 
     def within(self, limit: float) -> Nearby | None:
         """What loops below a limit can use."""
 
-    def solve(self, local: Local) -> tuple[float, list[int]]:
-        """The cheapest loop of a graph: price + weight, inf if there is none, and nodes of the graph's product."""
+    def solve(self, local: Local, limit: float) -> tuple[float, list[int]]:
+        """The cheapest loop of a graph, or any if none is below a limit: price + weight, inf if there is none at all,
+        and nodes of the graph's product."""
 
 
 def find_loop(kind: Kind, high: float = np.inf) -> FoundLoop | None:
@@ -59,31 +64,41 @@ def find_loop(kind: Kind, high: float = np.inf) -> FoundLoop | None:
     Raises:
         SearchLimitError: too much is left to look at.
     """
-    for limit in _limits(kind, high):
-        nearby = kind.within(limit)
-        if nearby is None:
+    low, known, failures = kind.low, np.inf, 0
+    step = max(kind.low * FIRST_STEP, kind.grain)
+    while low < high:
+        limit = min(low + np.ceil(step), high, known if known > low else np.inf)
+        try:
+            found, weight = _below(kind, limit)
+        except SearchLimitError:
+            failures += 1
+            if failures > MOST_FAILURES:
+                raise
+            step /= 3.0
             continue
-        merged = nearby.merged()
-        weight, nodes = kind.solve(merged)
-        if weight >= limit:
-            continue
-        found = _with_identities(nearby, merged, weight, nodes)
-        if found is None:
-            labelled = nearby.labelled()
-            weight, nodes = kind.solve(labelled)
-            if weight >= limit:
-                continue
-            found = _found(nearby, labelled, weight, nodes, labelled.system.options[_states(labelled, nodes)].tolist())
-        return found
+        if found is not None:
+            return found
+        low, known, step = limit, weight + 1.0, step * 2.0
     return None
 
 
-def _limits(kind: Kind, high: float) -> Iterator[float]:
-    limit, slack = kind.low, max(kind.low * FIRST_SLACK, kind.grain)
-    while limit < high:
-        limit = min(kind.low + np.ceil(slack), high)
-        yield limit
-        slack *= 2.0
+def _below(kind: Kind, limit: float) -> tuple[FoundLoop | None, float]:
+    """The cheapest loop below a limit; and price + weight of any, up to who is who, if there is none."""
+    nearby = kind.within(limit)
+    if nearby is None:
+        return None, np.inf
+    merged = nearby.merged()
+    weight, nodes = kind.solve(merged, limit)
+    if weight >= limit:
+        return None, weight
+    found = _with_identities(nearby, merged, weight, nodes)
+    if found is None:
+        labelled = nearby.labelled()
+        weight, nodes = kind.solve(labelled, limit)
+        if weight < limit:
+            rows = labelled.system.options[_states(labelled, nodes)].tolist()
+            found = _found(nearby, labelled, weight, nodes, rows)
+    return found, weight
 
 
 def _states(local: Local, nodes: list[int]) -> NDArray[np.int64]:
@@ -159,7 +174,7 @@ class ClosedLoops:
     """Loops that are closed in the product, with all marks."""
 
     def __init__(self, field: Field, prices: NDArray, width: float):
-        """Prices (n,): what it costs to begin a loop at each node."""
+        """Prices (n,): what it costs to begin a loop at each node; width of waves."""
         self._field, self._prices, self._width = field, prices, width
         self._least = np.where(field.alive, prices, np.inf) + (field.ahead + field.since).max(axis=0)
         self.low, self.grain = float(self._least.min()), width
@@ -181,7 +196,7 @@ class ClosedLoops:
         prices = np.where(roots, self._prices, np.inf)[nodes]
         return Nearby(product, nodes, prices, begun[nodes], home[nodes], limit) if len(nodes) else None
 
-    def solve(self, local: Local) -> tuple[float, list[int]]:
+    def solve(self, local: Local, limit: float) -> tuple[float, list[int]]:
         """The cheapest loop of the accepting part."""
         full = self._field.product.automaton.full
         component = accepting(local.product, local.alive, full)
@@ -189,9 +204,9 @@ class ClosedLoops:
         prices = local.prices[part.nodes]
         if not np.isfinite(prices).any():
             return np.inf, []
-        loop = closed_loop(part, full, prices, local.features)
-        if loop.weight > loop.bound:
-            raise AssertionError("a loop was not proven to be the cheapest")
+        loop = closed_loop(part, full, prices, local.features, limit, MOST_LAYERED_EDGES)
+        if loop.bound < min(loop.weight, limit):
+            raise SearchLimitError("too many loops are left near the best ones")
         return loop.weight, part.nodes[loop.nodes].tolist()
 
 
@@ -199,7 +214,8 @@ class ReadLoops:
     """Loops whose words are read to a final state; they begin in the reader's initial state."""
 
     def __init__(self, product: WaveProduct, final: NDArray[np.bool_], prices: NDArray, width: float):
-        """Final states (Q,) of the product's automaton; prices (P F,), what it costs to begin at a merged state."""
+        """Final states (Q,) of the product's automaton; prices (P F,), what it costs to begin at a merged state;
+        width of waves."""
         self._product, self._final, self._prices, self._width = product, final, prices, width
         self.low, self.grain = float(prices.min()), width
 
@@ -216,7 +232,7 @@ class ReadLoops:
         nodes = np.flatnonzero(begun + home < limit)
         return Nearby(product, nodes, prices[nodes], begun[nodes], home[nodes], limit) if len(nodes) else None
 
-    def solve(self, local: Local) -> tuple[float, list[int]]:
+    def solve(self, local: Local, limit: float) -> tuple[float, list[int]]:
         """The cheapest loop."""
         n_states, initial = local.system.n_states, self._product.automaton.initial
         prices = local.prices.reshape(-1, n_states)[initial]
@@ -224,5 +240,5 @@ class ReadLoops:
         goals = states[:, None] + np.flatnonzero(self._final) * n_states
         roots = states + initial * n_states
         problem = LoopProblem(local.product.graph, roots, goals, prices[states], local.features(states))
-        loop = cheapest_loop(problem, np.inf) if len(states) else None
+        loop = cheapest_loop(problem, limit) if len(states) else None
         return (np.inf, []) if loop is None else (loop.weight, list(loop.nodes))

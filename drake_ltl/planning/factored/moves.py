@@ -18,7 +18,7 @@ from drake_ltl.planning.factors import way_costs
 from drake_ltl.planning.power import CanCarry
 from drake_ltl.planning.weights import ACTION_LIMIT, in_units
 
-CHUNK = 1 << 20
+CHUNK = 1 << 16
 CACHED = 1 << 15
 """Numbers worked on at once: so that memory stays small, so that a cache holds them."""
 

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.factored.moves import CHUNK, Moves
+from drake_ltl.planning.factored.moves import Moves
 from drake_ltl.planning.factored.states import MergedStates
 from drake_ltl.planning.factored.waves import WaveProduct
 from drake_ltl.planning.product import Graph, Product, multiply
 from drake_ltl.planning.transition_system import TransitionSystem
 
+CHUNK = 1 << 20
+"""Pairs looked at together."""
 MOST_PAIRS = 400_000_000
-MOST_EDGES = 10_000_000
+MOST_EDGES = 3_000_000
 """Of the states and of the edges between them; beyond these the search is given up."""
 
 
