@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import networkx as nx
 
 from drake_ltl.planning.bounded.conjuncts import Clause, Conjunct
 from drake_ltl.planning.bounded.problem import Problem
 
+Way = tuple[int, int]
+"""Two different regions."""
 Node = tuple[int, int]
 """(region, state of the automaton after reading the letter there)"""
 
@@ -32,14 +35,15 @@ class Alone:
     clauses: tuple[Clause, ...]
     settles: int | None
 
-    @property
+    @cached_property
     def nodes(self) -> set[Node]:
+        """(region, state) pairs, the start included."""
         return {self.start} | {node for step in self.steps for node in (step.source, step.target)}
 
-    @property
-    def ways(self) -> set[tuple[int, int]]:
+    @cached_property
+    def ways(self) -> frozenset[Way]:
         """Pairs of different regions between which it may go."""
-        return {(s.source[0], s.target[0]) for s in self.steps if s.source[0] != s.target[0]}
+        return frozenset((s.source[0], s.target[0]) for s in self.steps if s.source[0] != s.target[0])
 
 
 def alone(problem: Problem, member: int, conjunct: Conjunct, ways: Iterable[tuple[int, int]]) -> Alone | None:

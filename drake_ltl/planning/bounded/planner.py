@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.planning.actions import actions_between
+from drake_ltl.planning.bounded.bounds import lone_members, raise_bound
 from drake_ltl.planning.bounded.conjuncts import conjuncts, is_contradictory
-from drake_ltl.planning.bounded.counting import lone_members, raise_bound
 from drake_ltl.planning.bounded.lassos import Run
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.refusals import Refusals
@@ -38,8 +38,9 @@ def plan_bounded(
 ) -> Plan:
     """The cheapest plan found within a time, with a lower bound on the cost of all plans.
 
-    Lassos of up to 6, 9, 13 .. steps are searched by OR-Tools CP-SAT. That none of some length is cheaper proves
-    nothing about longer ones: `Plan.status` is "optimal" only if the relaxation (`counting`) reaches the cost.
+    Who does what in which order is annealed (`annealing`), and lassos of up to 6, 9, 13 .. steps are searched by
+    OR-Tools CP-SAT. That none of some length is cheaper proves nothing about longer ones: `Plan.status` is "optimal"
+    only if the relaxation (`bounds`) reaches the cost.
 
     Args:
         scenario: the problem; its `cost` is chi.
@@ -80,7 +81,7 @@ def plan_bounded(
         try:
             run = search.run()
         finally:
-            search.standing.stopped = True
+            search.standing.stop()
         bounds.result()
     if run is None:
         what = f"neither a plan nor a proof that there is none after {search.standing.seconds:.1f} s"

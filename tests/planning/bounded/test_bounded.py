@@ -11,7 +11,6 @@ import pytest
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.planning import check, plan
 from drake_ltl.planning.bounded import plan_bounded
-from drake_ltl.planning.bounded.polish import stretched
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 

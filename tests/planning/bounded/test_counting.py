@@ -8,9 +8,10 @@ import pytest
 
 from drake_ltl.errors import InfeasibleError
 from drake_ltl.planning import plan
-from drake_ltl.planning.bounded.counting import least_team, lone_members, raise_bound
+from drake_ltl.planning.bounded.bounds import lone_members, raise_bound
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.standing import Standing
+from drake_ltl.planning.bounded.teams import least_team
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import sum_rule
@@ -84,4 +85,12 @@ def test_least_team(make_scenario):
     scenario = make_scenario({f"a{i}": (float(i), "1") for i in range(1, 5)}, {"o1": (6.0, "1"), "o2": (9.0, "1")})
     start = State(("pi1",) * 4, ("pi1", "pi1"), (None,) * 4)
     problem = Problem(scenario, start, sum_rule(scenario), True)
-    assert [least_team(problem, j) for j in range(2)] == [2, 3]
+    assert [least_team(problem, [None] * 4, j, (0, 1)) for j in range(2)] == [2, 3]
+
+
+def test_least_team_of_those_who_may_go(make_scenario):
+    agents = {"a1": (5.0, "G !pi3"), "a2": (2.0, "1"), "a3": (2.0, "1"), "a4": (1.0, "1")}
+    scenario = make_scenario(agents, {"o1": (5.0, "1")})
+    problem = Problem(scenario, State(("pi1",) * 4, ("pi1",), (None,) * 4), sum_rule(scenario), True)
+    agents = lone_members(problem)
+    assert [least_team(problem, agents, 0, way) for way in ((0, 1), (1, 2))] == [1, 3]

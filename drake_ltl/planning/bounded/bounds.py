@@ -1,0 +1,83 @@
+"""Lower bounds on the cost of all lassos, the cheap ones first.
+
+1. Each object's own minimum, as often as bodies go its way (itself and the smallest team that may), summed over
+   objects. It counts no agent's free ways, and nobody carries two objects at once.
+2. The own minima of all members, objects' ways counted without their teams: members' ways are different terms of J.
+3. The program of all members together (`counting`), as far as the solver gets with it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from drake_ltl.errors import InfeasibleError
+from drake_ltl.planning.bounded.alone import Alone, alone
+from drake_ltl.planning.bounded.conjuncts import automaton, formula_of_each_member
+from drake_ltl.planning.bounded.counting import Counting
+from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.standing import Standing
+from drake_ltl.planning.bounded.teams import can_go
+
+_NAP = 0.02
+"""How long to wait at a time until there is a plan [s]."""
+_MOST_CARRIES = 20_000
+"""The program of all members is not formed if there are more numbers that say how often somebody carries something:
+its first relaxation would take longer than anybody waits."""
+
+
+def raise_bound(problem: Problem, members: Sequence[Alone | None], standing: Standing) -> None:
+    """Raise the lower bound until nothing better can be proven, or nobody needs it."""
+    n = problem.n_agents
+    objects = range(n, n + problem.n_objects)
+    with_teams = [_of_one(problem, members, m, standing, with_team=True) for m in objects]
+    standing.raise_bound(float(sum(with_teams) * problem.unit))
+    own = [_of_one(problem, members, m, standing) for m in range(len(problem.members))]
+    standing.raise_bound(float(sum(own) * problem.unit))
+    while standing.cost is None and not standing.stopped and standing.left > 0.0:
+        time.sleep(_NAP)  # the first plan comes first
+    if standing.stopped or standing.proven or _n_carries(problem, members) > _MOST_CARRIES:
+        return
+    program = Counting(problem, members)
+    if not standing.stopped:
+        standing.raise_bound(float(program.bound(standing.left, standing.interrupter) * problem.unit))
+
+
+def _of_one(
+    problem: Problem, members: Sequence[Alone | None], member: int, standing: Standing, *, with_team: bool = False
+) -> int:
+    if standing.stopped or standing.left <= 0.0:
+        return 0
+    program = Counting.of_one(problem, members, member, with_team=with_team)
+    return program.bound(standing.left, standing.interrupter)
+
+
+def _n_carries(problem: Problem, members: Sequence[Alone | None]) -> int:
+    """Agents times objects' ways, in prefix and suffix."""
+    every = problem.n_regions * (problem.n_regions - 1)
+    ways = sum(every if lone is None else len(lone.ways) for lone in members[problem.n_agents :])
+    return 2 * problem.n_agents * ways
+
+
+def lone_members(problem: Problem) -> list[Alone | None]:
+    """What each member can do alone; None where no formula speaks of it alone.
+
+    Raises:
+        InfeasibleError: nothing at all, for one of them.
+    """
+    formulas = formula_of_each_member(problem.scenario)
+    every = {(a, b) for a in range(problem.n_regions) for b in range(problem.n_regions) if a != b}
+    found: list[Alone | None] = []
+    for member, name in enumerate(problem.members):
+        ways = every
+        if member >= problem.n_agents:
+            ways = {way for way in every if can_go(problem, found, member - problem.n_agents, way)}
+        formula = formulas.get(name, "1")
+        if formula == "1" and ways == every:
+            found.append(None)
+            continue
+        lone = alone(problem, member, automaton(formula), ways)
+        if lone is None:
+            raise InfeasibleError(f"no run from the initial state satisfies {formula}, even without the others")
+        found.append(lone)
+    return found
