@@ -24,6 +24,9 @@ ROTATION_WEIGHT = 1.0
 """Weight of a carried object's orientation error in gamma [m^2/rad^2]: the paper's gamma_T has none, which leaves
 the tilt of a load that one agent carries to itself."""
 
+# Of a carried object the obstacle function G sees x and y, at the height of the goal: a load goes around what is in
+# its way. Lifted over it, its team would fold together, in places to postures from which there is no way back down.
+
 
 @dataclass(frozen=True)
 class FieldValue:
@@ -181,7 +184,7 @@ class NavigationField(LeafSystem):
             slopes.append(2.0 * slope)
         for row, task in enumerate(transports, start=len(travels)):
             x = poses[task.object]
-            p[row] = x[4:7]
+            p[row] = *x[4:6], task.p_goal[2]
             gamma_R, slope_R = rotation_error(x[:4])
             error = x[4:7] - task.p_goal
             gamma += error @ error + gamma_R
@@ -202,7 +205,7 @@ class NavigationField(LeafSystem):
             for row, task in enumerate(travels)
         }
         objects = {
-            task.object: k * (by_gamma * slopes[row] + np.concatenate([np.zeros(3), by_p[row]]))
+            task.object: k * (by_gamma * slopes[row] + np.array([0.0, 0.0, 0.0, *by_p[row, :2], 0.0]))
             for row, task in enumerate(transports, start=len(travels))
         }
         lyapunov = k * float(value) + self._kinetic_energy(context, field)

@@ -168,6 +168,7 @@ def _teams(motion: Motion, interval: Interval, rows: np.ndarray) -> Iterator[_Sp
         (action,) = (a for a in actions if a["object"] == name)
         regions = frozenset((action["from"], action["to"]))
         way = motion.recording.pose[name][rows, 4:]
+        way[:, 2] = goal[2]  # of what is carried G sees x and y
         yield _Sphere(motion.recording.team_radius[name], way, np.array(goal), regions)
 
 
