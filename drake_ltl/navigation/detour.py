@@ -36,6 +36,14 @@ def detour(step: StepRelations) -> list[tuple[float, float]] | None:
     return None
 
 
+def arrival_order(goals: Array) -> list[int]:
+    """In which order movers should arrive one after another at `goals` (n, 3) [m]: innermost first.
+
+    Whoever has arrived stands in the way of the others, the less the farther from the middle.
+    """
+    return [int(index) for index in np.argsort(np.linalg.norm(goals - goals.mean(axis=0), axis=1), kind="stable")]
+
+
 class _Scene:
     """Discs to keep out of and discs to stay inside of, around one mover."""
 

@@ -1,8 +1,9 @@
 """What happens when all movers have come to rest short of their goals.
 
 A navigation function has saddles, and among many bodies that stand close also other minima. Then movers go on one
-after another, each by way points around the others as they stand; every leg between way points has its own
-navigation function, and its own V.
+after another, those first whose places lie innermost, each by way points around the others as they stand; every leg
+between way points has its own navigation function, and its own V. When some have arrived and bar the way of all
+others, all go at once again: under one navigation function those who stand in the way give way.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_ltl.multibody.measure import MeasuredModels
-from drake_ltl.navigation.detour import detour
+from drake_ltl.navigation.detour import arrival_order, detour
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.legs import ALL, Leg, moving_tasks
 from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
@@ -64,15 +65,25 @@ class Detours:
         return self._next_mover(state, step, now) if now.time - state.slow_since >= STALL_TIME else state
 
     def _next_mover(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
-        """The next mover in turn that is not at its goal and can get there; all wait if there is none."""
+        """The next mover in order that is not at its goal and can get there; all at once again if there is none."""
         tasks = (*step.travels, *step.transports)
-        for offset in range(1, len(tasks) + 1):
-            index = (state.active + offset) % len(tasks)
+        order = arrival_order(np.array([self._place(task) for task in tasks]))
+        after = order.index(state.active) + 1 if state.active != ALL else 0
+        for index in order[after:] + order[:after]:
             if self.arrival.left(tasks[index], now) and (way := self._way(state, step, index, now)) is not None:
                 state = state.holding(now, but=frozenset({Mode.REACH}))
                 state = state.new_interval(now, way=tuple(way), active=index)
                 return started(state, tasks[index], self.models)
-        return replace(state, slow_since=now.time)
+        if state.active == ALL:
+            return replace(state, slow_since=now.time)
+        state = state.new_interval(now, way=(), active=ALL)
+        for task in tasks:
+            state = started(state, task, self.models)
+        return state
+
+    def _place(self, task: TravelTask | TransportTask) -> np.ndarray:
+        """Centre of the mover's sphere at its goal (3,) [m]."""
+        return self.models.agents[task.agent].centre(task.q_goal) if isinstance(task, TravelTask) else task.p_goal
 
     def _way(
         self, state: Progress, step: StepProgram, index: int, now: Measurement

@@ -15,9 +15,15 @@ def test_case_ii_can_be_run(program, case_ii, models):
     check_fields(program, case_ii, models)
 
 
-def test_verification_functions_of_too_many_relations_are_refused(program, case_ii, models):
-    scenario = replace(case_ii, controller=replace(case_ii.controller, lambda_=0.5))
-    with pytest.raises(InvalidInputError, match=r"controller\.lambda"):
+def test_verification_functions_of_all_relations_that_can_be_realised_are_few_enough_in_case_ii(
+    program, case_ii, models
+):
+    check_fields(program, replace(case_ii, controller=replace(case_ii.controller, lambda_=0.5)), models)
+
+
+def test_settings_that_allow_no_navigation_function_are_refused(program, case_ii, models):
+    scenario = replace(case_ii, controller=replace(case_ii.controller, shaping=len))
+    with pytest.raises(InvalidInputError, match=r"controller\.shaping"):
         check_fields(program, scenario, models)
 
 

@@ -498,6 +498,30 @@ def test_all_wait_where_nobody_can_go(puppets, models, program):
     assert stage.modes() == {"a1": Mode.HOLD, "a2": Mode.TRANSITION, "a3": Mode.TRANSITION}
 
 
+def test_all_go_at_once_again_where_one_that_went_alone_bars_the_way(puppets, models):
+    """a2 is on its way alone and stalls; both stand where the other is to go: nobody can go alone, all start anew."""
+    stage = stalled(puppets, models)
+    stage.look(STALL_TIME + 0.1)
+    goals = {task.agent: models.agents[task.agent].centre(task.q_goal)[:2] for task in stage.step.travels}
+    stand(stage, models, "a2", goals["a3"])
+    stand(stage, models, "a3", goals["a2"])
+    stage.progress = replace(stage.progress, way=())
+    before = stage.look()
+    assert before.active == 0
+    progress = stage.look(STALL_TIME + 0.1)
+    assert (progress.active, progress.way, progress.interval) == (ALL, (), before.interval + 1)
+    assert progress.slow_since == np.inf
+    assert stage.modes() == {"a1": Mode.HOLD, "a2": Mode.TRANSITION, "a3": Mode.TRANSITION}
+    np.testing.assert_array_equal(progress.anchor, stage.world.anchor)
+
+
+def test_a_mover_that_stalls_alone_lets_the_next_one_try(puppets, models):
+    stage = stalled(puppets, models)
+    stage.look(STALL_TIME + 0.1)
+    stage.look()
+    assert stage.look(STALL_TIME + 0.1).active == 1
+
+
 def test_nobody_counts_as_stalled_while_others_reach(at_step, program):
     """Agents that grasp or release may free the way."""
     (task,) = (task for task in program.steps[0].travels if task.agent == "a2")
