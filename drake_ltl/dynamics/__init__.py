@@ -42,6 +42,7 @@ from drake_ltl.dynamics.orientation import (
 from drake_ltl.dynamics.spatial import SpatialDynamics
 from drake_ltl.dynamics.task_space import null_space_wrench, task_dynamics, task_inverse
 from drake_ltl.dynamics.tracking import quintic, tracking_acceleration
+from drake_ltl.dynamics.wrist import wrench_on_object
 
 __all__ = [
     "GRAVITY",
@@ -85,4 +86,5 @@ __all__ = [
     "transition_torque",
     "transport_torque",
     "wrench_at_gripper",
+    "wrench_on_object",
 ]

@@ -56,19 +56,6 @@ def test_shared_wrenches_add_up_to_the_team_s(offsets, F, data):
     np.testing.assert_allclose(grasp_matrix(offsets).T @ stacked, F, atol=1e-8)
 
 
-@given(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=8))
-def test_load_shares_are_positive_and_sum_to_one(power):
-    shares = load_shares(power)
-    assert np.all(shares > 0.0)
-    assert shares.sum() == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("power", [[], [1.0, 0.0], [-1.0], [np.nan]])
-def test_load_shares_refuse_powers_that_are_not_positive(power):
-    with pytest.raises(ValueError, match="positive"):
-        load_shares(power)
-
-
 def test_transition_torque_is_10a():
     tau = transition_torque(np.array([1.0, 2.0]), np.array([0.5, -1.0]), np.array([3.0, 4.0]), np.array([1.0, 0.5]))
     np.testing.assert_allclose(tau, [1.0 - 0.5 - 3.0, 2.0 + 1.0 - 2.0])
