@@ -35,6 +35,7 @@ from drake_ltl.dynamics import (
     team_wrench,
     transport_torque,
     wrench_at_gripper,
+    wrench_on_object,
 )
 
 X, Y, Z = np.eye(3)
@@ -117,6 +118,8 @@ class Sample:
     """The wrench each member commands (6,), tau = J^T u + g_q with gravity as the wrench g of (1b)."""
     idle: tuple[np.ndarray, ...]
     """`null_space_wrench` of each member."""
+    f: tuple[np.ndarray, ...]
+    """What each member puts on the crate (6,), measured at its last joint."""
 
     @property
     def coupled(self) -> SpatialDynamics:
@@ -143,7 +146,8 @@ def simulate_transport(
     arms = [make_solo(n) for n in joints]
     X_WO = RigidTransform(RollPitchYaw(0.1, -0.2, 0.3), [0.2, 0.1, 0.9])
     starts = [_posture(n, k, len(joints)) for k, n in enumerate(joints)]
-    plant, instances, body = _welded_plant(joints, arms, starts, X_WO, dt)
+    plant, frames, body = _welded_plant(joints, arms, starts, X_WO, dt)
+    instances = [frame.model_instance() for frame in frames]
     simulator = Simulator(plant)
     context = simulator.get_mutable_context()
     for instance, q in zip(instances, starts, strict=True):
@@ -173,6 +177,7 @@ def simulate_transport(
                 A_WO=(body.EvalSpatialVelocityInWorld(context).get_coeffs() - V_WO) / dt,
                 u=tuple(f + task_dynamics(j).g for f, j in zip(pushes, joint, strict=True)),
                 idle=tuple(null_space_wrench(j, v) for j, v in zip(joint, qd, strict=True)),
+                f=tuple(wrench_on_object(plant, context, frame) for frame in frames),
             )
         )
     return samples
@@ -198,16 +203,16 @@ def _welded_plant(joints, arms, starts, X_WO, dt):
         RotationalInertia(*np.diag(INERTIA), INERTIA[0, 1], INERTIA[0, 2], INERTIA[1, 2]), MASS
     )
     body = plant.AddRigidBody("crate", SpatialInertia(MASS, np.zeros(3), unit))
-    instances = []
+    frames = []
     for k, (n, arm, q) in enumerate(zip(joints, arms, starts, strict=True)):
         frame = add_arm(plant, f"arm{k}", n)
-        instances.append(plant.GetModelInstanceByName(f"arm{k}"))
+        frames.append(frame)
         alone = arm.plant.CreateDefaultContext()
         arm.plant.SetPositions(alone, q)
         X_OE = X_WO.inverse() @ arm.frame.CalcPoseInWorld(alone)
         plant.AddWeldConstraint(frame.body(), frame.GetFixedPoseInBodyFrame(), body, X_OE)
     plant.Finalize()
-    return plant, instances, body
+    return plant, frames, body
 
 
 def _torque(arm: Solo, q, qd, share, F_O, p_WO):

@@ -20,6 +20,8 @@ from drake_ltl.dynamics import (
     internal_wrenches,
     load_shares,
     object_dynamics,
+    object_to_agent_jacobian,
+    object_to_agent_jacobian_rate,
     task_dynamics,
     wrench_at_gripper,
 )
@@ -164,3 +166,27 @@ def test_coupled_dynamics_hold_on_transports_by_arms_of_four_joints(carried, sha
         np.testing.assert_allclose(E.T @ residual, 0.0, atol=5e-3)  # of first order in dt, as above
         moved = max(moved, np.abs(E.T @ coupled.M @ sample.A_WO).max())
     assert moved > 5.0
+
+
+@pytest.mark.parametrize("joints", [(6, 6), (7, 6), (7, 7, 6)])
+def test_arms_of_six_and_more_joints_share_torques_as_well(transport, joints):
+    """(1b) of each member, all six components: u - f = M vdot + C v + g + h, f measured at its last joint."""
+    power = (1.0, 3.0, 2.0)[: len(joints)]
+
+    def worst(dt: float) -> float:
+        return max(
+            np.abs(member_residual(sample, i)).max()
+            for sample in transport(joints, power, dt, 0.3, 0.02)
+            for i in range(len(joints))
+        )
+
+    fine = worst(5e-4)
+    assert fine < 0.05  # of wrenches up to 25 N; first order in dt, as the next line shows
+    assert fine < 0.4 * worst(2e-3)
+
+
+def member_residual(sample, i: int) -> np.ndarray:
+    p, w = sample.offsets[i], sample.V_WO[:3]
+    J_O, J_O_dot = object_to_agent_jacobian(p), object_to_agent_jacobian_rate(p, w)
+    left = task_dynamics(sample.joint[i]).wrench(J_O @ sample.A_WO + J_O_dot @ sample.V_WO, J_O @ sample.V_WO)
+    return left + sample.idle[i] + sample.f[i] - sample.u[i]
