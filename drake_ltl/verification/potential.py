@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drake_ltl.execution.recording import IntervalRecord, Recording
-from drake_ltl.navigation import Apart, Inside, Relations, RelationSets, realisable_sets
 from drake_ltl.scenario.model import ControllerSettings, Scenario
+
+if TYPE_CHECKING:
+    from drake_ltl.navigation import RelationSets
 
 LEAST_KAPPA, KAPPA_PER_RELATION = 12.0, 1.25
 """kappa where the scenario leaves it open."""
@@ -123,6 +126,8 @@ def _log_obstacle(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) 
 
 def _realisable(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> RelationSets:
     """Sets of the pairs of `_pairs` that can touch at once."""
+    from drake_ltl.navigation import Apart, Inside, Relations, realisable_sets  # for lambda > 0 alone
+
     pairs = list(_pairs(motion, movers, others))
     bodies = list({id(body): body for body in (*movers, *(body for pair in pairs for body in pair))}.values())
     number = {id(body): index for index, body in enumerate(bodies)}

@@ -73,6 +73,7 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         angle = max(HELD_ANGLE, scenario.tolerances.weld_angle)
         yield "gap of a weld", quantity(verdict.max_weld_error, "m"), f"<= {quantity(gap, 'm')}"
         yield "turn of a weld", quantity(verdict.max_weld_angle, "rad"), f"<= {quantity(angle, 'rad')}"
+        yield "tilt of an object", quantity(verdict.max_tilt, "rad"), ""
     yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
 
 

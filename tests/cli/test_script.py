@@ -83,15 +83,18 @@ def test_planning_with_all_radii_given_needs_no_drake(examples):
 
 
 SYMBOLIC = ("scenario", "planning", "navigation", "verification")
+WITH_MODELS = "drake_ltl.verification.models"
+"""The one module that works out, with Drake, what models make of a recording."""
 
 
 @pytest.mark.parametrize("package", SYMBOLIC)
 def test_the_symbolic_half_never_loads_drake(package):
-    """Every module of it, not only what its package imports."""
+    """Every module of it but one, not only what its package imports."""
     result = python(f"""
 import importlib, pkgutil, sys
 package = importlib.import_module("drake_ltl.{package}")
 names = [found.name for found in pkgutil.walk_packages(package.__path__, package.__name__ + ".")]
+names = [name for name in names if name != "{WITH_MODELS}"]
 for name in names:
     importlib.import_module(name)
 assert len(names) > 3, names
