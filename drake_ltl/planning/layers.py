@@ -39,7 +39,7 @@ class Marks:
     Attributes:
         part: n nodes, e edges.
         full: all marks, M of them.
-        prices: (n,), what it costs to begin a loop at each node.
+        prices: (n,), what it costs to begin a loop at each node; inf if none may begin there.
     """
 
     part: Part
@@ -63,6 +63,31 @@ class Marks:
         """(M, n): the least way that ends with an edge with each mark."""
         return np.array([tree[0] for tree in self._trees])
 
+    @cached_property
+    def since(self) -> NDArray[np.float64]:
+        """(M, n): the least way from the end of an edge with each mark."""
+        part = self.part
+        ends = (
+            np.where(self._least(part.graph.targets, part.graph.weights, m) < np.inf, 0.0, np.inf) for m in self._each
+        )
+        return np.array([distances(part.graph, offsets)[0] for offsets in ends])
+
+    @cached_property
+    def home(self) -> NDArray[np.float64]:
+        """(n,): the least way to any root."""
+        if np.isfinite(self.prices).all():
+            return np.zeros(self.part.n_nodes)
+        return distances(self._back, np.where(np.isfinite(self.prices), 0.0, np.inf))[0]
+
+    @cached_property
+    def homeward(self) -> NDArray[np.float64]:
+        """(M, n): the least way by way of each mark to any root."""
+        if np.isfinite(self.prices).all():
+            return self.ahead
+        part = self.part
+        by_edge = part.graph.weights + self.home[part.graph.targets]
+        return np.array([distances(self._back, self._least(part.graph.sources, by_edge, m))[0] for m in self._each])
+
     @property
     def bound(self) -> float:
         """No loop costs less: it passes by every mark."""
@@ -80,8 +105,12 @@ class Marks:
 
     @cached_property
     def _trees(self) -> list[tuple[NDArray, NDArray]]:
-        back, part = self.part.graph.reversed(), self.part
-        return [distances(back, self._least(part.graph.sources, part.graph.weights, m)) for m in self._each]
+        part = self.part
+        return [distances(self._back, self._least(part.graph.sources, part.graph.weights, m)) for m in self._each]
+
+    @cached_property
+    def _back(self) -> Graph:
+        return self.part.graph.reversed()
 
     def _least(self, nodes: NDArray, values: NDArray, mark: int) -> NDArray[np.float64]:
         edges = np.flatnonzero(self.part.marks >> mark & 1)
@@ -121,7 +150,7 @@ class Marks:
             None if there are more than `most_edges` edges.
         """
         part, graph, n = self.part, self.part.graph, self.part.n_nodes
-        so_far, to_come = _of_sets(self.passed, self.begun), _of_sets(self.ahead, np.zeros(n))
+        so_far, to_come = _of_sets(self.passed, self.begun), _of_sets(self.homeward, self.home)
         alive = so_far + to_come[::-1] < limit
         somewhere, sources = alive.any(axis=0), graph.sources
         useful = somewhere[sources] & somewhere[graph.targets]

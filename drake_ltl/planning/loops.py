@@ -70,13 +70,13 @@ def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
             _, closed = tree.grow(np.array([end]), limit)
             best, limit = (best, limit) if closed is None else (closed, closed.weight)
             bounds[tree.prune(np.flatnonzero(bounds < limit), limit)] = np.inf
-        for part in _split(problem.features, members[bounds[members] < limit], loop.root, end):
+        for part in split(problem.features, members[bounds[members] < limit], loop.root, end):
             heapq.heappush(queue, (bounds[part].min(), next(ticket), part))
     return best
 
 
-def _split(features: NDArray, members: NDArray, first: int, second: int) -> list[NDArray]:
-    """Parts by the value of the first feature in which two roots differ."""
+def split(features: NDArray, members: NDArray, first: int, second: int) -> list[NDArray]:
+    """Parts of a set by the value of the first feature in which two of its members differ."""
     feature = np.flatnonzero(features[first] != features[second])[0]
     values = features[members, feature]
     return [members[values == value] for value in np.unique(values)]

@@ -22,11 +22,13 @@ from drake_ltl.planning.layers import Marks
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.product import Graph, Part, Product, accepting, accepting_part, multiply
 from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
+from drake_ltl.planning.shares import LeastLoop, layered_loop, shared_out
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.planning.weights import COST_UNIT, lexicographic
 
 MOST_PROFILES = 3000
 MOST_LAYERS = 1024
+MOST_LAYERED_EDGES = 10_000_000
 MOST_EDGES = 20_000_000
 """Graphs with more edges are not formed: some 40 bytes each while they are searched."""
 
@@ -144,7 +146,6 @@ def closed_loop(
     prices: NDArray,
     features: Callable[[NDArray], NDArray],
     limit: float = np.inf,
-    most_edges: int = MOST_EDGES,
 ) -> ClosedLoop:
     """The cheapest loop with all marks, closed in the product.
 
@@ -154,24 +155,17 @@ def closed_loop(
         prices: (n,), what it costs to begin a loop at each node; finite for some.
         features: of nodes of the product, for `LoopProblem`.
         limit: no loop of this price + weight or more is looked for; if there is none below, any is returned.
-        most_edges: graphs with more edges are not formed.
     """
     marks = Marks(part, full, prices)
     nodes, weight = marks.some_loop()
-    if full >= MOST_LAYERS or part.n_nodes * (full + 1) > most_edges:
+    if full >= MOST_LAYERS:
         return ClosedLoop(nodes, weight, marks.bound)
     below = min(weight + 1.0, limit)  # weights are integers: the loop known already stays
-    layers = marks.layers(below, most_edges)
-    if layers is None:
-        return ClosedLoop(nodes, weight, marks.bound)
-    roots = layers.nodes[layers.roots]
-    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], features(part.nodes[roots]))
-    loop = cheapest_loop(problem, below)
-    if loop is None and weight < limit:
-        raise AssertionError("a loop that is known was not found again")
-    if loop is None:
-        return ClosedLoop(nodes, weight, limit)
-    return ClosedLoop(layers.nodes[list(loop.nodes)].tolist(), loop.weight, loop.weight)
+    found = layered_loop(marks, features, below, MOST_LAYERED_EDGES)
+    least = shared_out(marks, features, below, MOST_LAYERED_EDGES) if found is None else LeastLoop(*found, found[1])
+    if least.nodes:
+        return ClosedLoop(least.nodes, least.weight, least.bound)
+    return ClosedLoop(nodes, weight, min(least.bound, weight))
 
 
 @dataclass(frozen=True, eq=False)

@@ -286,6 +286,22 @@ def test_limits_cost_the_proof_not_the_plan(make_scenario, spec, monkeypatch):
     assert found.lower_bound <= best.cost <= found.cost
 
 
+@pytest.mark.parametrize(
+    ("case", "most_edges", "status"),
+    [("case_i", 500, "optimal"), ("case_i", 100, "feasible"), ("case_ii", 3000, "optimal")],
+)
+def test_loops_are_shared_out_where_they_are_many(case, most_edges, status, request, monkeypatch):
+    scenario, start = request.getfixturevalue(case)
+    fits = published_fits(scenario.fits)
+    best = plan(scenario, start, fits)
+    monkeypatch.setattr(search, "MOST_LAYERED_EDGES", most_edges)
+    found = plan(scenario, start, fits)
+    assert found.status == status
+    assert found.lower_bound <= best.cost <= found.cost
+    if status == "optimal":
+        assert (found.cost, len(found.moves)) == (best.cost, len(best.moves))
+
+
 # Variations
 
 

@@ -24,8 +24,6 @@ FIRST_STEP = 1 / 32
 """Share of the lower bound by which the first limit exceeds it; steps grow if nothing is found."""
 MOST_FAILURES = 6
 """So often steps are made smaller if too much is left to look at."""
-MOST_LAYERED_EDGES = 10_000_000
-"""Of the graph whose nodes say which marks have been collected."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +202,7 @@ class ClosedLoops:
         prices = local.prices[part.nodes]
         if not np.isfinite(prices).any():
             return np.inf, []
-        loop = closed_loop(part, full, prices, local.features, limit, MOST_LAYERED_EDGES)
+        loop = closed_loop(part, full, prices, local.features, limit)
         if loop.bound < min(loop.weight, limit):
             raise SearchLimitError("too many loops are left near the best ones")
         return loop.weight, part.nodes[loop.nodes].tolist()
