@@ -28,7 +28,7 @@ Kind = Literal["minimum", "saddle", "maximum", "degenerate"]
 
 @dataclass(frozen=True)
 class LogW:
-    """psi = log w. No shaping for a controller, for it is not 0 at the goal; but the one that is never flat far away."""
+    """psi = log w, nowhere flat but at critical points; no shaping for a controller, for it is not 0 at the goal."""
 
     supremum = float("inf")
 

@@ -113,7 +113,7 @@ class NavigationFunction:
             by_gamma = np.exp(self.shaping.log_slope(L) + log_scale)
             by_log_G = by_gamma * gamma / -self.kappa
             by_p = self.relations.gradient(by_log_G[..., None] * shares / betas, d)
-            checksum = (value + by_gamma).sum() + by_p.sum()
+            checksum = (value + by_gamma + log_G).sum() + by_p.sum()
         if isfinite(checksum):
             return value, by_gamma, by_p
         return self._with_care(gamma, p)
@@ -125,7 +125,7 @@ class NavigationFunction:
             log_G, shares = self._log_obstacle(log_betas)
             log_scale = self._log_scale(log_G)
             log_gamma = np.log(gamma)
-            value = self.shaping.value(log_gamma + log_scale)
+            value = np.minimum(self.shaping.value(log_gamma + log_scale), np.finfo(float).max)
             log_by_gamma = self.shaping.log_slope(log_gamma + log_scale) + log_scale
             log_by_log_G = (log_by_gamma + log_gamma - np.log(self.kappa))[..., None]
             log_slopes = log_by_log_G + np.log(np.abs(shares)) - log_betas
@@ -147,7 +147,7 @@ class NavigationFunction:
         log_betas, violated, _ = self._log_betas(p)
         with np.errstate(all="ignore"):  # the goal, where gamma is 0
             L = np.log(gamma) + self._log_scale(self._log_obstacle(log_betas)[0])
-            return np.where(violated, shaping.supremum, shaping.value(L))
+            return np.where(violated, shaping.supremum, np.minimum(shaping.value(L), np.finfo(float).max))
 
     def _log_betas(self, p: Array) -> tuple[Array, Array, Array]:
         """Finite log betas (..., n) unless p is nan, whether a relation is violated (...), and d / 4 (..., n, 3)."""

@@ -86,7 +86,8 @@ class PaperPhi:
         return np.exp(-np.logaddexp(0.0, -self.kappa * L) / self.kappa)
 
     def log_slope(self, L: Array) -> Array:
-        return -(1.0 + 1.0 / self.kappa) * np.logaddexp(0.0, self.kappa * L)
+        log_sum = np.logaddexp(0.0, self.kappa * L)
+        return -(log_sum + log_sum / self.kappa)
 
 
 NAMES = ("pseudo_huber", "logarithmic", "paper")

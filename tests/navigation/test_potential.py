@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from pydrake.math import sqrt
@@ -324,3 +324,81 @@ def test_a_goal_that_touches_something_is_refused_with_all_that_it_touches():
 def test_what_cannot_be_used_is_refused_at_once(parameters, message):
     with pytest.raises(InvalidInputError, match=message):
         NavigationFunction(RELATIONS, **parameters)
+
+
+FAR = st.sampled_from([0.0, 1e-300, 1e-160, 1e-9, 1.0, 1e9, 1e153, 1e160, 1.7e308])
+SIGNED = st.builds(lambda size, sign: size * sign, FAR, st.sampled_from([-1.0, 1.0]))
+LARGE = st.sampled_from([1e-300, 1e-9, 1.0, 1e9, 1e300])
+
+
+@settings(deadline=None, max_examples=300)
+@given(
+    coordinates=st.lists(SIGNED, min_size=9, max_size=9),
+    gamma=FAR,
+    kappa=st.sampled_from([5e-324, 1e-300, 1e-9, 1.0, 1e9, 1e300, 1.7e308]),
+    lambda_=st.sampled_from([0.0, 1e-300, 1.0, 1e300]),
+    h=LARGE,
+    log_G_goal=st.sampled_from([-1e300, 0.0, 1e300]),
+    delta=LARGE,
+    scale=LARGE,
+)
+def test_no_finite_input_overflows(coordinates, gamma, kappa, lambda_, h, log_G_goal, delta, scale):
+    """Warnings are errors here. Results are numbers, or the supremum and nan where something touches."""
+    apart = tuple(Apart(r.a, r.b, scale * r.radius) for r in RELATIONS.apart)
+    inside = tuple(Inside(a, (0.0, 0.0, 0.0), 1.7e308) for a in (0, 1))
+    p = np.reshape(coordinates, (3, 3))
+    for shaping in (PseudoHuber(delta), Logarithmic(delta), PaperPhi(kappa)):
+        nf = NavigationFunction(Relations(3, apart, inside), kappa, lambda_, h, log_G_goal, shaping)
+        value, by_gamma, by_p = nf.value_and_gradient(gamma, p)
+
+        assert not np.isnan(value)
+        assert 0.0 <= nf.phi(gamma, p) <= 1.0
+        if nf.violated(p):
+            assert value == shaping.supremum
+            assert np.isnan(by_gamma)
+        else:
+            assert np.isfinite(value)
+            assert np.isfinite(by_gamma)
+            assert np.isfinite(by_p).all()
+
+
+@pytest.mark.parametrize("lambda_", [0.0, 0.5])
+@pytest.mark.parametrize("shaping", SHAPINGS, ids=repr)
+def test_the_careful_way_agrees_with_the_quick_one(lambda_, shaping):
+    nf = navigation(3.0, lambda_, shaping)
+    for seed in range(5):
+        p = collision_free(seed)
+        gamma = squared_error(p)
+        for quick, careful in zip(nf.value_and_gradient(gamma, p), nf._with_care(gamma, p), strict=True):
+            np.testing.assert_allclose(careful, quick, rtol=1e-11, atol=1e-14)
+
+
+def test_lengths_whose_squares_overflow_are_felt_nevertheless():
+    """Two points 1e200 m apart: beta = 1e400 m^2 is no floating point number, its logarithm is."""
+    nf = NavigationFunction(Relations(2, (Apart(0, 1, 1.0),)), kappa=4.0, shaping=Logarithmic(1.0))
+    p = np.array([[1e200, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+    assert nf.log_G(p) == pytest.approx(400.0 * np.log(10.0))
+    value, _, by_p = nf.value_and_gradient(1e300, p)
+    assert value == pytest.approx(0.5 * (300.0 - 100.0) * np.log(10.0))
+    # d psi / d log w = 1 / 2, d log w / dx = -2 / (kappa x).
+    assert by_p[0, 0] == pytest.approx(-0.25e-200)
+
+
+MOVING = 2
+
+
+@given(seed=st.integers(0, 10_000), lambda_=st.sampled_from([0.0, 0.5]))
+def test_leaving_out_impossible_sets_keeps_phi_in_its_range_and_the_gradient_right(seed, lambda_):
+    nf = NavigationFunction.for_goal(RELATIONS, GOAL, kappa=3.0, lambda_=lambda_, n_movers=MOVING)
+    p, step = collision_free(seed), 1e-6
+    if np.min(RELATIONS.betas(p)) < 0.1:
+        return  # steeper than these differences resolve
+    by_p = nf.value_and_gradient(4.0, p)[2]
+    for index in np.ndindex(MOVING, 3):
+        ahead, behind = p.copy(), p.copy()
+        ahead[index] += step
+        behind[index] -= step
+        numeric = (nf.value(4.0, ahead) - nf.value(4.0, behind)) / (2.0 * step)
+        assert by_p[index] == pytest.approx(numeric, rel=1e-6, abs=1e-7)
+    assert 0.0 < nf.phi(squared_error(p), p) < 1.0
