@@ -11,7 +11,7 @@ help:
 	@echo "make demo   plan, simulate and verify examples/case_ii.yaml; results under out/"
 	@echo "make test   all tests"
 	@echo "make fast   tests without whole missions"
-	@echo "make bench  measure planning and load sharing; results in out/benchmark_*.json"
+	@echo "make bench  measure planning, load sharing and navigation functions; results in out/benchmark_*.json"
 	@echo "make lint   ruff"
 	@echo "make clean  remove .venv and out"
 
@@ -39,6 +39,7 @@ fast: install
 bench: install
 	$(BIN)/python benchmarks/planning.py
 	$(BIN)/python benchmarks/load_sharing.py
+	$(BIN)/python benchmarks/navigation.py
 
 lint: install
 	$(BIN)/ruff check .

@@ -104,7 +104,7 @@ def test_scenarios_name_them():
     assert shaping_from("paper", delta=2.0, kappa=5.0) == PaperPhi(5.0)
     mine = Power()
     assert shaping_from(mine, delta=2.0, kappa=5.0) is mine
-    with pytest.raises(InvalidInputError, match="'huber' is unknown: use one of pseudo_huber, logarithmic, paper"):
+    with pytest.raises(InvalidInputError, match="'huber' is unknown; use one of pseudo_huber, logarithmic, paper"):
         shaping_from("huber", delta=2.0, kappa=5.0)
     with pytest.raises(InvalidInputError, match="does not increase"):
         shaping_from(Falling(), delta=2.0, kappa=5.0)
