@@ -9,19 +9,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from drake_ltl.errors import InfeasibleError
 from drake_ltl.planning.bounded.alone import Alone, alone
 from drake_ltl.planning.bounded.conjuncts import automaton, formula_of_each_member
 from drake_ltl.planning.bounded.counting import Counting
+from drake_ltl.planning.bounded.detours import needed_ways
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.standing import Standing
 from drake_ltl.planning.bounded.teams import can_go
 
 _NAP = 0.02
 """How long to wait at a time until there is a plan [s]."""
-_MOST_CARRIES = 20_000
+_FIRST_SLICE, _MORE = 2.0, 4.0
+"""Time for the solver at first [s], and so many times more in each further attempt."""
+_MOST_CARRIES = 10_000
 """The program of all members is not formed if there are more numbers that say how often somebody carries something:
 its first relaxation would take longer than anybody waits."""
 
@@ -29,34 +32,37 @@ its first relaxation would take longer than anybody waits."""
 def raise_bound(problem: Problem, members: Sequence[Alone | None], standing: Standing) -> None:
     """Raise the lower bound until nothing better can be proven, or nobody needs it."""
     n = problem.n_agents
+
+    def least(program: Counting) -> int:
+        return max(_bounds(program, standing), default=0)
+
     objects = range(n, n + problem.n_objects)
-    with_teams = [_of_one(problem, members, m, standing, with_team=True) for m in objects]
-    standing.raise_bound(float(sum(with_teams) * problem.unit))
-    own = [_of_one(problem, members, m, standing) for m in range(len(problem.members))]
-    standing.raise_bound(float(sum(own) * problem.unit))
+    with_teams = sum(least(Counting.of_one(problem, members, m, with_team=True)) for m in objects)
+    standing.raise_bound(float(with_teams * problem.unit))
+    own = sum(least(Counting.of_one(problem, members, m)) for m in range(len(problem.members)))
+    standing.raise_bound(float(own * problem.unit))
     while standing.cost is None and not standing.stopped and standing.left > 0.0:
         time.sleep(_NAP)  # the first plan comes first
     if standing.stopped or standing.proven or _n_carries(problem, members) > _MOST_CARRIES:
         return
-    program = Counting(problem, members)
-    if not standing.stopped:
-        standing.raise_bound(float(program.bound(standing.left, standing.interrupter) * problem.unit))
+    for bound in _bounds(Counting(problem, members), standing):
+        standing.raise_bound(float(bound * problem.unit))
 
 
-def _of_one(
-    problem: Problem, members: Sequence[Alone | None], member: int, standing: Standing, *, with_team: bool = False
-) -> int:
-    if standing.stopped or standing.left <= 0.0:
-        return 0
-    program = Counting.of_one(problem, members, member, with_team=with_team)
-    return program.bound(standing.left, standing.interrupter)
+def _bounds(program: Counting, standing: Standing) -> Iterator[int]:
+    """What the solver proves in ever more time, as it cannot go on where it was stopped."""
+    seconds, done = _FIRST_SLICE, False
+    while not done and not standing.stopped and not standing.proven and standing.left > _NAP:
+        # A last slice that has no longer than the one before finds nothing new.
+        left = standing.left
+        bound, done = program.bound(left if left < 2.0 * seconds else seconds)
+        yield bound
+        seconds *= _MORE
 
 
 def _n_carries(problem: Problem, members: Sequence[Alone | None]) -> int:
     """Agents times objects' ways, in prefix and suffix."""
-    every = problem.n_regions * (problem.n_regions - 1)
-    ways = sum(every if lone is None else len(lone.ways) for lone in members[problem.n_agents :])
-    return 2 * problem.n_agents * ways
+    return 2 * problem.n_agents * sum(map(len, needed_ways(problem, members)[problem.n_agents :]))
 
 
 def lone_members(problem: Problem) -> list[Alone | None]:

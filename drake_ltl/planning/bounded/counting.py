@@ -23,6 +23,7 @@ The objective is the cost J itself: each way of each body is counted once, as an
 with an object, or as an object's way. An agent that meets its own obligation while carrying is thus counted once,
 and the approach to an object is counted as soon as balance and connection need it. So the minimum over all such
 numbers is at most the cost of any lasso; capacities, timing and formulas over several members are left out.
+Ways for which there is a detour as good are left out too (`detours`).
 
 The same holds for one member without the others (`Alone`), which is much less work.
 """
@@ -33,9 +34,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ortools.util.python.solve_interrupter import SolveInterrupter
-
 from drake_ltl.planning.bounded.alone import Alone, Way
+from drake_ltl.planning.bounded.detours import needed_ways, without_ways
 from drake_ltl.planning.bounded.own_formula import add_own_formula
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.program import Program, total
@@ -87,6 +87,8 @@ class Counting:
         ways = problem.integer_ways(below=True)
         self._scale = max((cost for row in ways for cost in row), default=0) or 1
         self._costs = [[cost / self._scale for cost in row] for row in ways]
+        self._needed = needed_ways(problem, members)
+        """[m]: ways of an object, free ways of an agent"""
         self._objective: list[Any] = []
         self._carriers: dict[tuple[int, str, Way], list[tuple[int, Any, Any]]] = {}
         """(object, phase, way) -> (agent, how often, whether at all)"""
@@ -94,17 +96,14 @@ class Counting:
         """(agent, region) -> whether it carries something out of there"""
         self._objects: list[dict[tuple[str, Way], tuple[Any, Any]]] = []
 
-    def bound(self, seconds: float, interrupter: SolveInterrupter) -> int:
-        """A lower bound in units of cost: the optimum, or what is known of it when time is over."""
-        least = self._scale * self._program.least(self._objective, seconds, interrupter)
+    def bound(self, seconds: float) -> tuple[int, bool]:
+        """A lower bound in units of cost, and whether it is all that can be had from this program."""
+        least, done = self._program.least(self._objective, seconds)
+        least *= self._scale
         # The cost of a lasso is a whole number of units; the solver's tolerance is relative.
-        return max(0, math.ceil(least - 1e-3 - _TOLERANCE * abs(least)))
+        return max(0, math.ceil(least - 1e-3 - _TOLERANCE * abs(least))), done
 
     # ---- the numbers
-
-    def _possible(self, member: int) -> list[Way]:
-        regions, lone = range(self._problem.n_regions), self._members[member]
-        return sorted(lone.ways) if lone is not None else [(a, b) for a in regions for b in regions if a != b]
 
     def _add_costs(self, counts: Mapping[tuple[str, Way], list[Any]]) -> None:
         """What a member's ways cost."""
@@ -113,7 +112,7 @@ class Counting:
 
     def _add_alone(self, member: int, *, with_team: bool = False) -> dict[tuple[str, Way], tuple[Any, Any]]:
         """How often an object (or an agent without objects) goes, and whether, in each phase, each way."""
-        counts = {(phase, way): self._program.number() for phase in _PHASES for way in self._possible(member)}
+        counts = {(phase, way): self._program.number() for phase in _PHASES for way in self._needed[member]}
         whether = {key: self._program.literal() for key in counts}
         for key, number in counts.items():
             self._program.add(whether[key] <= number)
@@ -121,25 +120,30 @@ class Counting:
             bodies = 1 + (self._least_team(member - self._problem.n_agents, way) if with_team else 0)
             self._add_costs({(phase, way): [bodies * number]})
         end = self._add_balance(member, {key: [number] for key, number in counts.items()})
-        path = {way: self._program.number() for way in self._possible(member)}
+        path = {way: self._program.number() for way in self._needed[member]}
         self._program.add_path(path, {self._problem.starts[member]: 1}, dict(enumerate(end)))
         for way, flow in path.items():
             self._program.add(flow <= whether["prefix", way])
-        if (lone := self._members[member]) is not None:
+        if (lone := without_ways(self._members[member], self._needed[member])) is not None:
             add_own_formula(self._program, lone, {key: [n] for key, n in counts.items()}, end, whether)
         return {key: (number, whether[key]) for key, number in counts.items()}
 
     def _add_agent(self, agent: int) -> None:
         """Free ways and ways with each object."""
+        n, lone = self._problem.n_agents, self._members[agent]
+        free = self._needed[agent]
+        able = {way for ways in self._needed[n:] for way in ways if lone is None or way in lone.ways}
         counts: dict[tuple[str, Way], list[Any]] = {}
         for phase in _PHASES:
-            for way in self._possible(agent):
+            for way in sorted(able.union(free)):
                 carrying = [self._carry(agent, j, phase, way) for j in range(self._problem.n_objects)]
-                counts[phase, way] = [self._program.number(), *(y for y in carrying if y is not None)]
+                counts[phase, way] = [y for y in carrying if y is not None]
+            for way in free:
+                counts[phase, way].append(self._program.number())
         self._add_costs(counts)
         end = self._add_balance(agent, counts)
-        if (lone := self._members[agent]) is not None:
-            add_own_formula(self._program, lone, counts, end, {})
+        if (less := without_ways(lone, [*able, *free])) is not None:
+            add_own_formula(self._program, less, counts, end, {})
         self._add_approach(agent, counts)
 
     def _carry(self, agent: int, j: int, phase: str, way: Way) -> Any:

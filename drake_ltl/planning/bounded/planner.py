@@ -81,7 +81,7 @@ def plan_bounded(
         try:
             run = search.run()
         finally:
-            search.standing.stop()
+            search.standing.stopped = True
         bounds.result()
     if run is None:
         what = f"neither a plan nor a proof that there is none after {search.standing.seconds:.1f} s"

@@ -8,7 +8,6 @@ from datetime import timedelta
 from typing import Any
 
 from ortools.math_opt.python import mathopt
-from ortools.util.python.solve_interrupter import SolveInterrupter
 
 
 class Program:
@@ -44,15 +43,15 @@ class Program:
         for node, terms in balance.items():
             self.add(total(terms) == total([sources.get(node, 0.0)]) - sinks.get(node, 0.0))
 
-    def least(self, objective: Iterable[Any], seconds: float, interrupter: SolveInterrupter) -> float:
-        """What the solver (SCIP) has proven the objective to be at least, up to its tolerance, when it ends."""
+    def least(self, objective: Iterable[Any], seconds: float) -> tuple[float, bool]:
+        """What the solver (SCIP) proves the objective to be at least, up to its tolerance, and whether it can be."""
         self._model.minimize(total(objective))
         parameters = mathopt.SolveParameters(time_limit=timedelta(seconds=max(seconds, 0.01)))
-        result = mathopt.solve(
-            self._model, mathopt.SolverType.GSCIP, params=parameters, interrupter=interrupter, remove_names=True
-        )
+        # Not interrupted, because MathOpt's handler for SCIP writes errors to the terminal then (OR-Tools 9.15).
+        result = mathopt.solve(self._model, mathopt.SolverType.GSCIP, params=parameters, remove_names=True)
         dual = result.termination.objective_bounds.dual_bound
-        return dual if math.isfinite(dual) else 0.0
+        done = result.termination.reason == mathopt.TerminationReason.OPTIMAL
+        return dual if math.isfinite(dual) else 0.0, done
 
 
 def total(terms: Iterable[Any]) -> Any:

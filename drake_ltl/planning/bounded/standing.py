@@ -7,8 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ortools.util.python.solve_interrupter import SolveInterrupter
-
 
 @dataclass(frozen=True)
 class Progress:
@@ -43,19 +41,10 @@ class Standing:
     report: Report | None = None
     cost: float | None = None
     lower_bound: float = 0.0
-    interrupter: SolveInterrupter = field(default_factory=SolveInterrupter)
-    """Of the solver that looks for bounds."""
+    stopped: bool = False
+    """Nobody needs better bounds any more."""
     _began: float = field(default_factory=time.perf_counter)
     _lock: threading.Lock = field(default_factory=threading.Lock)
-
-    @property
-    def stopped(self) -> bool:
-        """Nobody needs better bounds any more."""
-        return self.interrupter.interrupted
-
-    def stop(self) -> None:
-        """Let the search for bounds end with what it has."""
-        self.interrupter.interrupt()
 
     @property
     def seconds(self) -> float:
