@@ -285,15 +285,30 @@ def cells(row: Row) -> tuple[str, ...]:
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """The table as docs/dynamics.md shows it."""
+    """The table as a document shows it."""
     lines = [COLUMNS, ("---",) * len(COLUMNS), *(cells(row) for row in rows)]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def write_into(document: Path, rows: Sequence[Row]) -> None:
+    """Puts the table between the two marks of a document, in place of what is there."""
+    before, start, rest = document.read_text(encoding="utf-8").partition(START)
+    _, end, after = rest.partition(END)
+    if not (start and end):
+        raise SystemExit(f"{document}: no lines {START!r} and {END!r}")
+    document.write_text(f"{before}{start}\n\n{markdown(rows)}\n\n{end}{after}", encoding="utf-8")
+
+
+TABLE_WIDTH = 140
+"""Characters; in a pipe or a narrow terminal the numbers would be cut off otherwise."""
+START = "<!-- measured by: python benchmarks/load_sharing.py --document docs/dynamics.md -->"
+END = "<!-- end -->"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Measures load sharing; prints a table and writes JSON.")
     parser.add_argument("--json", type=Path, default=Path("out/benchmark_load_sharing.json"))
-    parser.add_argument("--markdown", action="store_true", help="print the table of docs/dynamics.md")
+    parser.add_argument("--document", type=Path, help="put the table into this one as well, between its marks")
     args = parser.parse_args()
     rows = [
         evaluate(carry(c, motion), c, shares=name, motion=motion.name)
@@ -303,13 +318,14 @@ def main() -> None:
     ]
     args.json.parent.mkdir(parents=True, exist_ok=True)
     args.json.write_text(json.dumps([asdict(row) for row in rows], indent=2) + "\n")
-    if args.markdown:
-        print(markdown(rows))
-        return
+    if args.document:
+        write_into(args.document, rows)
     table = Table(*COLUMNS, title="Load sharing, measured at the wrists")
     for row in rows:
         table.add_row(*cells(row))
-    Console().print(table)
+    console = Console()
+    console.width = max(console.width, TABLE_WIDTH)
+    console.print(table)
 
 
 if __name__ == "__main__":

@@ -181,7 +181,7 @@ def test_arms_of_six_and_more_joints_share_torques_as_well(transport, joints):
         )
 
     fine = worst(5e-4)
-    assert fine < 0.05  # of wrenches up to 25 N; first order in dt, as the next line shows
+    assert fine < 0.05  # of wrenches up to 7 N; first order in dt, as the next line shows
     assert fine < 0.4 * worst(2e-3)
 
 
