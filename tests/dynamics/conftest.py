@@ -1,4 +1,4 @@
-"""Arms of 4, 6 and 7 joints, each alone in a plant, and teams of them that carry a crate in a simulation."""
+"""Arms of 4 to 7 joints, each alone in a plant, and teams of them that carry a crate in a simulation."""
 
 from __future__ import annotations
 
@@ -40,10 +40,14 @@ from drake_ltl.dynamics import (
 
 X, Y, Z = np.eye(3)
 LIMBS = {  # joints above the base: axis in the parent, mass [kg], length of the limb it moves [m]
+    5: ((Z, 1.5, 0.2), (Y, 0.6, 0.9), (Y, 0.5, 0.6)),
     6: ((Z, 1.5, 0.2), (Y, 0.6, 0.9), (Y, 0.5, 0.6), (Z, 0.2, 0.2)),
     7: ((Z, 1.5, 0.2), (Y, 0.6, 0.9), (Y, 0.5, 0.6), (Y, 0.3, 0.3), (Z, 0.2, 0.2)),
 }
-"""A turret that yaws, links that pitch, a wrist that rolls about its own axis: with x and y, J has full rank."""
+"""A turret that yaws, links that pitch, a wrist that rolls about its own axis: with x and y, J has full rank.
+
+Without the wrist, which twists are missing turns with the yaw (those of the planar arm never do).
+"""
 MASS = 0.8
 INERTIA = np.array([[0.05, 0.004, -0.003], [0.004, 0.06, 0.002], [-0.003, 0.002, 0.04]])
 """Of the crate [kg m^2], no two axes alike, so that its gyroscopic terms count."""
@@ -92,7 +96,7 @@ def make_solo(n: int) -> Solo:
 
 @pytest.fixture(scope="session")
 def solo(arm_plant):
-    """n -> Solo: the paper's planar arm for 4 joints, arms of primitives for 6 and 7."""
+    """n -> Solo: the paper's planar arm for 4 joints, arms of primitives for 5, 6 and 7."""
     planar = arm_plant(0.4)
     arms = {n: make_solo(n) for n in LIMBS} | {4: Solo(planar, planar.GetFrameByName("grasp"))}
     return arms.__getitem__

@@ -9,7 +9,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_ltl.dynamics import coriolis_matrix, frame_jacobian, frame_jacobian_rate, gravity_torque, inertia_matrix
 
-JOINTS = (4, 6, 7)
+JOINTS = (4, 5, 6, 7)
 ROUNDING = 1e-10  # entries up to a few hundred, times 1e-16, in sums of some thousand terms
 
 

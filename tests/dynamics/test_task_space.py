@@ -7,7 +7,7 @@ import pytest
 
 from drake_ltl.dynamics import JointDynamics, null_space_wrench, task_dynamics, task_inverse
 
-JOINTS = (4, 6, 7)
+JOINTS = (4, 5, 6, 7)
 ROUNDING = 1e-7  # the smallest singular values of J are about 0.1: M has entries of 1e2, and inverses lose 1e4
 
 
@@ -19,7 +19,7 @@ def arm(request, solo):
 def states(n: int, count: int = 4):
     """Away from singularities: the elbows bent."""
     rng = np.random.default_rng(n)
-    bent = {4: [0.8, 0.7], 6: [0.3, 0.7, 0.9, 0.2], 7: [0.3, 0.5, 0.6, 0.5, 0.2]}[n]
+    bent = {4: [0.8, 0.7], 5: [0.3, 0.7, 0.9], 6: [0.3, 0.7, 0.9, 0.2], 7: [0.3, 0.5, 0.6, 0.5, 0.2]}[n]
     centre = np.array([*([0.0] * (n - len(bent))), *bent])
     return [(centre + rng.uniform(-0.2, 0.2, n), rng.uniform(-2.0, 2.0, n)) for _ in range(count)]
 
