@@ -54,21 +54,34 @@ class Demand:
 def demands(scenario: Scenario) -> tuple[Demand, ...]:
     """All formulas of a scenario, split at their top-level conjunctions: agents, objects, the global formula.
 
-    `G(p & q)` is `G p & G q`. Parts that are always true are left out.
+    Parts that are always true are left out.
     """
     spot = require_spot()
     found = []
     for owner, formula in _formulas(scenario):
-        found += [Demand(owner, str(part)) for part in _parts(spot, spot.formula(formula)) if not part.is_tt()]
+        found += [Demand(owner, str(part)) for part in parts(spot.formula(formula)) if not part.is_tt()]
     return tuple(found)
+
+
+def parts(formula: Any) -> Iterator[Any]:
+    """Spot's formula, split at its top-level conjunctions; `G(p & q)` is `G p & G q`."""
+    spot = require_spot()
+    if formula._is(spot.op_And):
+        for part in formula:
+            yield from parts(part)
+    elif formula._is(spot.op_G):
+        for part in parts(formula[0]):
+            yield spot.formula.G(part)
+    else:
+        yield formula
 
 
 def with_demands(scenario: Scenario, kept: Iterable[Demand]) -> Scenario:
     """The same scenario with only some parts of its formulas."""
-    parts: dict[str, list[str]] = {}
+    kept_of: dict[str, list[str]] = {}
     for demand in kept:
-        parts.setdefault(demand.owner, []).append(f"({demand.formula})")
-    specs = {owner: " & ".join(formulas) for owner, formulas in parts.items()}
+        kept_of.setdefault(demand.owner, []).append(f"({demand.formula})")
+    specs = {owner: " & ".join(formulas) for owner, formulas in kept_of.items()}
     return replace(
         scenario,
         agents=tuple(replace(agent, spec=specs.get(agent.name, "1")) for agent in scenario.agents),
@@ -109,17 +122,6 @@ def speaks_of(scenario: Scenario, demand: Demand) -> frozenset[str]:
 def _formulas(scenario: Scenario) -> list[tuple[str, str]]:
     own = [(member.name, member.spec) for member in (*scenario.agents, *scenario.objects)]
     return [*own, ("", scenario.spec)]
-
-
-def _parts(spot: Any, formula: Any) -> Iterator[Any]:
-    if formula._is(spot.op_And):
-        for part in formula:
-            yield from _parts(spot, part)
-    elif formula._is(spot.op_G):
-        for part in _parts(spot, formula[0]):
-            yield spot.formula.G(part)
-    else:
-        yield formula
 
 
 def _pattern(formula: str) -> tuple[str, str | None]:

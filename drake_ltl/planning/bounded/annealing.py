@@ -15,9 +15,8 @@ from statistics import median
 from drake_ltl.planning.bounded.alone import Alone
 from drake_ltl.planning.bounded.crowding import Crowding
 from drake_ltl.planning.bounded.errands import Agenda, agenda_of
-from drake_ltl.planning.bounded.lassos import Run
 from drake_ltl.planning.bounded.moves import Moves
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, Run
 from drake_ltl.planning.bounded.routes import MOVE, Routes, errands_cost
 from drake_ltl.planning.bounded.timetable import timetable
 from drake_ltl.planning.bounded.walks import Walker

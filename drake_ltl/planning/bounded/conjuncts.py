@@ -10,6 +10,7 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
+from drake_ltl.planning.demands import parts
 from drake_ltl.planning.words import Letter
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
@@ -149,7 +150,7 @@ class Conjunct:
 
 def conjuncts(scenario: Scenario) -> list[Conjunct]:
     """One automaton for each conjunct at the top of the global formula; together they are that formula."""
-    return [automaton(str(part)) for part in _parts(require_spot().formula(global_formula(scenario)))]
+    return [automaton(str(part)) for part in parts(require_spot().formula(global_formula(scenario)))]
 
 
 def formula_of_each_member(scenario: Scenario) -> dict[str, str]:
@@ -159,11 +160,11 @@ def formula_of_each_member(scenario: Scenario) -> dict[str, str]:
     """
     spot = require_spot()
     own: dict[str, list[Any]] = {}
-    for part in _parts(spot.formula(global_formula(scenario))):
+    for part in parts(spot.formula(global_formula(scenario))):
         members = {ap.ap_name().partition(".")[0] for ap in spot.atomic_prop_collect(part)}
         if len(members) == 1:
             own.setdefault(members.pop(), []).append(part)
-    return {member: str(spot.formula.And(parts)) for member, parts in own.items()}
+    return {member: str(spot.formula.And(those)) for member, those in own.items()}
 
 
 def is_contradictory(scenario: Scenario) -> bool:
@@ -172,7 +173,7 @@ def is_contradictory(scenario: Scenario) -> bool:
     The automaton of a whole formula grows exponentially with the number of its conjuncts.
     """
     formula = require_spot().formula(global_formula(scenario))
-    return len(_parts(formula)) <= _MOST_TOGETHER and bool(translated(str(formula), "small").is_empty())
+    return len(list(parts(formula))) <= _MOST_TOGETHER and bool(translated(str(formula), "small").is_empty())
 
 
 def automaton(formula: str) -> Conjunct:
@@ -189,11 +190,6 @@ def automaton(formula: str) -> Conjunct:
         edges += [Edge(state, cube, None) for cube in _cubes(buddy, condition, names)]
     clauses = _clauses(str(made.get_acceptance().to_dnf()))
     return Conjunct(formula, made.get_init_state_number(), made.num_states(), tuple(edges), clauses)
-
-
-def _parts(formula: Any) -> list[Any]:
-    spot = require_spot()
-    return list(formula) if formula._is(spot.op_And) else [formula]
 
 
 def _cubes(buddy: Any, condition: Any, names: Mapping[int, str], so_far: Cube = ()) -> Iterator[Cube]:

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from drake_ltl.planning.bounded.alone import Way
-from drake_ltl.planning.bounded.lassos import Run
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, Run
 from drake_ltl.planning.plan import State
 
 

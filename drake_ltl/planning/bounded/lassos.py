@@ -6,36 +6,16 @@ position H is the one to which the last step leads, and one H covers all shorter
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 from ortools.sat.python import cp_model
 
+from drake_ltl.planning.bounded.cuts import WeakTeam, forbid_team
 from drake_ltl.planning.bounded.problem import Problem, exact
-from drake_ltl.planning.fits import Content
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.model import PublishedFits
 
 Literal = cp_model.IntVar
-Run = tuple[tuple[State, ...], int]
-"""States 0 .. T - 1 and the index of the one to which the last step leads."""
-
-
-@dataclass(frozen=True)
-class Cut:
-    """A content that does not fit, anywhere where all of it (and more) stands in the region."""
-
-    region: int
-    content: Content
-
-
-@dataclass(frozen=True)
-class WeakTeam:
-    """A team that cannot carry an object."""
-
-    object: int
-    team: frozenset[int]
 
 
 class Lassos:
@@ -80,115 +60,12 @@ class Lassos:
         if costs:
             self.model.minimize(self._cost * (horizon + 1) + sum(self.active))
 
-    # ---- from solutions and back
-
-    def run(self, value: Mapping | cp_model.CpSolverSolutionCallback) -> Run:
-        """The lasso of a solution; `value(literal)` is 0 or 1."""
-        n = sum(value(active) for active in self.active)
-        states = tuple(self._state(value, t) for t in range(n))
-        return states, next(t for t, enters in enumerate(self.enters) if value(enters))
-
     def limit(self, cost: int, *, better: bool) -> None:
         """Ask for a cost of at most this, or less than this."""
         self.model.add(self._cost <= cost - 1 if better else self._cost <= cost)
 
-    def hint(self, run: Run) -> None:
-        """Start from a lasso, if it is short enough."""
-        states, loop = run
-        if len(states) > self.horizon:
-            return
-        frozen = states + (states[loop],) * (self.horizon + 1 - len(states))
-        for t, state in enumerate(frozen):
-            self._hint_state(t, state)
-        for t in range(self.horizon):
-            self.model.add_hint(self.active[t], t < len(states))
-            self.model.add_hint(self.enters[t], t == loop)
-            self.model.add_hint(self.inside[t], t >= loop)
-            for j, carried in enumerate(self.carried[t]):
-                self.model.add_hint(carried, frozen[t].objects[j] != frozen[t + 1].objects[j])
-
-    def around(self, run: Run, members: set[int], window: range) -> cp_model.CpModel:
-        """The model with all but some members fixed to a lasso outside a window of time, and its loop fixed.
-
-        Args:
-            run: as long as the horizon.
-            members: who is not fixed at all.
-            window: positions at which nobody is fixed.
-        """
-        model = self.model.clone()
-
-        def fix(literal: Literal, value: bool) -> None:
-            model.add(model.get_bool_var_from_proto_index(literal.index) == int(value))
-
-        states, loop = run
-        names, objects = self.problem.scenario.region_names, self.problem.scenario.object_names
-        for t in range(self.horizon):
-            fix(self.active[t], True)
-            fix(self.enters[t], t == loop)
-        for t, state in enumerate((*states, states[loop])):
-            if t in window:
-                continue
-            for m, region in enumerate(state.agents + state.objects):
-                if m not in members:
-                    fix(self.at[t][m][names.index(region)], True)
-            for i, grasp in enumerate(state.grasps):
-                if i not in members:
-                    for j, name in enumerate(objects):
-                        fix(self.grasps[t][i][j], grasp == name)
-        return model
-
-    def _hint_state(self, t: int, state: State) -> None:
-        names, objects = self.problem.scenario.region_names, self.problem.scenario.object_names
-        for m, region in enumerate(state.agents + state.objects):
-            for k, name in enumerate(names):
-                self.model.add_hint(self.at[t][m][k], name == region)
-        for i, (region, grasp) in enumerate(zip(state.agents, state.grasps, strict=True)):
-            for k, name in enumerate(names):
-                self.model.add_hint(self.free[t][i][k], name == region and grasp is None)
-                self.model.add_hint(self.held[t][i][k], name == region and grasp is not None)
-            for j, name in enumerate(objects):
-                self.model.add_hint(self.grasps[t][i][j], grasp == name)
-
-    def _state(self, value: Mapping, t: int) -> State:
-        scenario, n = self.problem.scenario, self.problem.n_agents
-
-        def chosen(literals: Sequence[Literal], names: Sequence[str]) -> str | None:
-            return next((name for literal, name in zip(literals, names, strict=True) if value(literal)), None)
-
-        regions = tuple(chosen(literals, scenario.region_names) or "" for literals in self.at[t])
-        grasps = tuple(chosen(literals, scenario.object_names) for literals in self.grasps[t])
-        return State(regions[:n], regions[n:], grasps)
-
-    # ---- constraints found out on the way
-
-    def forbid(self, cut: Cut) -> None:
-        """No position shows all of a content in a region; what is carried, only as it leaves or arrives."""
-        for t in range(self.horizon + 1):
-            stands = self._stands(t, cut)
-            if not cut.content.carried:
-                self.model.add_bool_or(literal.negated() for literal in stands)
-                continue
-            for step in {t - 1, t} & set(range(self.horizon)):
-                index = self.problem.scenario.object_names.index
-                carried = [self.carried[step][index(obj)] for obj in cut.content.carried]
-                self.model.add_bool_or(literal.negated() for literal in stands + carried)
-
-    def forbid_team(self, weak: WeakTeam) -> None:
-        """Exactly this team never carries the object."""
-        for t in range(self.horizon):
-            differs = [
-                self.grasps[t][i][weak.object].negated() if i in weak.team else self.grasps[t][i][weak.object]
-                for i in range(self.problem.n_agents)
-            ]
-            self.model.add_bool_or([self.carried[t][weak.object].negated(), *differs])
-
-    def forbid_transition(self, before: State, after: State) -> None:
-        """No active step leads from a state to another."""
-        for t in range(self.horizon):
-            shown = self._shown(t, before) + self._shown(t + 1, after)
-            self.model.add_bool_or([self.active[t].negated(), *(literal.negated() for literal in shown)])
-
-    def _shown(self, t: int, state: State) -> list[Literal]:
+    def shown(self, t: int, state: State) -> list[Literal]:
+        """Literals that together say that the state at position t is this one."""
         scenario, n = self.problem.scenario, self.problem.n_agents
         region, obj = scenario.region_names.index, scenario.object_names.index
         agents = [
@@ -196,13 +73,6 @@ class Lassos:
             for i, (at, grasp) in enumerate(zip(state.agents, state.grasps, strict=True))
         ]
         return agents + [self.at[t][n + j][region(at)] for j, at in enumerate(state.objects)]
-
-    def _stands(self, t: int, cut: Cut) -> list[Literal]:
-        scenario, n = self.problem.scenario, self.problem.n_agents
-        agent, obj = scenario.agent_names.index, scenario.object_names.index
-        free = [self.free[t][agent(name)][cut.region] for name in cut.content.free_agents]
-        objects = [self.at[t][n + obj(name)][cut.region] for name in cut.content.objects]
-        return free + objects + [self.grasps[t][agent(a)][obj(o)] for a, o in cut.content.holds]
 
     # ---- Def. 5
 
@@ -223,7 +93,7 @@ class Lassos:
                     model.add(at == free[k] + held[k])
                     for j, grasp in enumerate(grasps):
                         model.add_bool_or([grasp.negated(), self.at[t][n + j][k].negated(), held[k]])
-        for literal in self._shown(0, self.problem.start):
+        for literal in self.shown(0, self.problem.start):
             model.add_bool_or([literal])
 
     def _add_steps(self) -> None:
@@ -242,7 +112,7 @@ class Lassos:
             for j, strong in enumerate(teams):
                 every = (frozenset(c) for size in range(1, len(everyone) + 1) for c in combinations(everyone, size))
                 for weak in set(every) - set(strong):
-                    self.forbid_team(WeakTeam(j, weak))
+                    forbid_team(self, WeakTeam(j, weak))
 
     def _add_agent_step(self, t: int, i: int) -> None:
         """(1, 2) Who grasps or releases stays in its region; (3) and does not do both in one step."""

@@ -10,8 +10,7 @@ from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.planning.actions import actions_between
 from drake_ltl.planning.bounded.bounds import lone_members, raise_bound
 from drake_ltl.planning.bounded.conjuncts import conjuncts, is_contradictory
-from drake_ltl.planning.bounded.lassos import Run
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, Run
 from drake_ltl.planning.bounded.refusals import Refusals
 from drake_ltl.planning.bounded.search import Search
 from drake_ltl.planning.bounded.standing import Report, Standing

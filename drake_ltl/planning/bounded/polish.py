@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import random
 
-from drake_ltl.planning.bounded.lassos import Run
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, Run
 
 SIZE = 2
 """At first so many agents are not fixed, besides one object with its team."""

@@ -14,6 +14,9 @@ from drake_ltl.planning.power import CanCarry
 from drake_ltl.scenario.formulas import labels
 from drake_ltl.scenario.model import Scenario
 
+Run = tuple[tuple[State, ...], int]
+"""States 0 .. T - 1 and the index of the one to which the last step leads."""
+
 _FINEST = 10**4
 """Costs are counted in units no finer than this part of 1."""
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise, permutations
 
-from drake_ltl.planning.bounded.lassos import Cut, Run, WeakTeam
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.cuts import Cut, WeakTeam
+from drake_ltl.planning.bounded.problem import Problem, Run
 from drake_ltl.planning.fits import Content, Fits, content_of, published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.model import PublishedFits

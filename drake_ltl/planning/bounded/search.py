@@ -13,13 +13,15 @@ from ortools.sat.python import cp_model
 from drake_ltl.planning.bounded.alone import Alone
 from drake_ltl.planning.bounded.annealing import Annealing
 from drake_ltl.planning.bounded.conjuncts import Conjunct
-from drake_ltl.planning.bounded.lassos import Lassos, Run
+from drake_ltl.planning.bounded.cuts import forbid, forbid_team, forbid_transition
+from drake_ltl.planning.bounded.lassos import Lassos
 from drake_ltl.planning.bounded.polish import SIZE, neighbourhood, stretched
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, Run
 from drake_ltl.planning.bounded.reading import Letters, Reader
 from drake_ltl.planning.bounded.refusals import Refusals, counting_rule
 from drake_ltl.planning.bounded.standing import Standing
 from drake_ltl.planning.bounded.tidying import shortened, tidied
+from drake_ltl.planning.bounded.translation import around, hint, run_of
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.words import letter_of
 from drake_ltl.scenario.model import PublishedFits
@@ -167,9 +169,9 @@ class Search:
 
     def _forbid(self, lassos: Lassos, n_cuts: int = 0, n_weak: int = 0) -> None:
         for cut in self.refusals.cuts[n_cuts:]:
-            lassos.forbid(cut)
+            forbid(lassos, cut)
         for weak in self.refusals.weak[n_weak:]:
-            lassos.forbid_team(weak)
+            forbid_team(lassos, weak)
 
     def _polish(self, best: Run) -> None:
         """Improve parts of a lasso that has time to spare, until several in a row are as good as they get."""
@@ -178,7 +180,7 @@ class Search:
         lassos, chance, misses, size = self._lassos(), random.Random(self.seed), 0, SIZE
         while misses < MISSES and not self._is_over():
             lassos.limit(self.best_cost, better=True)
-            model = lassos.around(run, *neighbourhood(self.problem, run, chance, size))
+            model = around(lassos, run, *neighbourhood(self.problem, run, chance, size))
             solver = self._solver()
             with _Callback(self, lassos, solver, self._seconds()) as callback:
                 status = solver.solve(model, callback)
@@ -201,14 +203,14 @@ class Search:
         for conjunct in self.conjuncts:
             Reader(lassos, conjunct, letters)
         for before, after in self.forbidden:
-            lassos.forbid_transition(before, after)
+            forbid_transition(lassos, before, after)
         self._forbid(lassos)
         if self.best is not None:
             # If the best is the best of its length, nothing is gained by finding it again.
             settled = self.searched >= len(self.best[0])
             lassos.limit(self.best_cost, better=settled)
             if not settled:
-                lassos.hint(self.best)
+                hint(lassos, self.best)
         return lassos
 
     def _solver(self) -> cp_model.CpSolver:
@@ -249,7 +251,7 @@ class _Callback(cp_model.CpSolverSolutionCallback):
         self._timer.start()
 
     def on_solution_callback(self) -> None:
-        run = self._lassos.run(self.value)
+        run = run_of(self._lassos, self.value)
         if self._search.refusals.find(run):
             self.refused = True
             self.stop_search()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from drake_ltl.planning.bounded.lassos import Run
+from drake_ltl.planning.bounded.problem import Run
 from drake_ltl.planning.plan import State
 
 IsLasso = Callable[[Run], bool]

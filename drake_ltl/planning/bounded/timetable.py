@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drake_ltl.planning.bounded.errands import Agenda, Errand
-from drake_ltl.planning.bounded.lassos import Run
-from drake_ltl.planning.bounded.problem import Problem
+from drake_ltl.planning.bounded.problem import Problem, Run
 from drake_ltl.planning.bounded.routes import Routes
 from drake_ltl.planning.plan import State
 
