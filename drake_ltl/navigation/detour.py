@@ -15,6 +15,11 @@ SPACING = 0.2
 """Of the lattice on which ways are sought [m]."""
 CLEARANCES = (0.3, 0.1, 0.04)
 """Distance that a way keeps from everything [m], the first for which there is one."""
+RUN_UP_LENGTHS = (0.35, 0.7, 1.4)
+"""Distances from the goal at which a run-up may begin [m], the first at which there is room: the shorter, the slower
+is the mover when it arrives."""
+RUN_UP_DIRECTIONS = 24
+"""Directions from the goal in which it is sought."""
 
 
 def detour(step: StepRelations) -> list[tuple[float, float]] | None:
@@ -34,6 +39,25 @@ def detour(step: StepRelations) -> list[tuple[float, float]] | None:
         if way is not None:
             return way
     return None
+
+
+def run_up(step: StepRelations) -> list[tuple[float, float]]:
+    """A way point (x, y) [m] in the open from which the step's only mover can make for its goal straight; none if
+    there is none.
+
+    For a mover that has come close and stuck: squeezed between what it must keep clear of and its goal, its arm gives
+    way, and there is no way downhill from there. With room around it the arm comes back to its posture first.
+    """
+    scene = _Scene(step, CLEARANCES[0])
+    angles = np.linspace(0.0, 2.0 * np.pi, RUN_UP_DIRECTIONS, endpoint=False)
+    around = np.column_stack([np.cos(angles), np.sin(angles)])
+    for length in RUN_UP_LENGTHS:
+        points = scene.goal[:2] + length * around
+        open_ = [p for p in points if scene.room(p) > 0.0 and scene.straight(scene.start[:2], p)]
+        if open_:
+            x, y = max(open_, key=scene.room)
+            return [(float(x), float(y))]
+    return []
 
 
 def arrival_order(goals: Array) -> list[int]:
@@ -73,6 +97,12 @@ class _Scene:
         for centre, radius in self._bounds:
             clear &= ((points - centre) ** 2).sum(axis=1) <= (radius + 1e-9) ** 2
         return clear
+
+    def room(self, point: Array) -> float:
+        """Distance [m] of a point (2,) from all that it must be clear of."""
+        outside = [np.linalg.norm(point - centre) - radius for centre, radius in self._discs]
+        inside = [radius - np.linalg.norm(point - centre) for centre, radius in self._bounds]
+        return float(min(outside + inside))
 
     def straight(self, a: Array, b: Array) -> bool:
         """Whether the straight line from a to b (2,) is clear."""

@@ -2,7 +2,8 @@
 
 That the navigation function has one minimum only holds for every kappa above some bound, which nobody can compute for
 a crowded step. So kappa is tried: movers slide down the field from sampled starts, and the report says from how many.
-It is evidence for these starts, no proof for all.
+It is evidence for these starts, no proof for all. Where space is tight no kappa may do for every start: two agents that
+cannot pass each other do not change sides. What becomes of the step's own start is therefore said apart.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.navigation.planar import CriticalPoint, PlanarField, sampled_starts
 from drake_ltl.navigation.relations import Array
 from drake_ltl.navigation.step import StepRelations
@@ -51,6 +53,7 @@ class Trial:
 
     kappa: float
     descents: tuple[Descent, ...]
+    """The step's own start first, then the sampled ones."""
 
     def count(self, outcome: str) -> int:
         """How many of them ended so."""
@@ -66,6 +69,7 @@ class Trial:
         text = f"kappa {self.kappa:.3g}: {self.count('goal')} of {len(self.descents)} starts reach the goal"
         text += f", {self.count('minimum')} end in other minima, {self.count('unfinished')} are still on their way"
         text += f"; {saddles} rested on a saddle" if saddles else ""
+        text += f"; the step's own start: {self.descents[0].outcome}"
         stops = [descent.end for descent in self.descents if descent.outcome == "minimum"]
         return "\n".join([text, *(f"    minimum at {_places(x)}" for x in stops[:3])])
 
@@ -100,11 +104,11 @@ def tune_kappa(
         n_starts: sampled starts, besides the step's own. All kappas have the same.
 
     Raises:
-        InvalidInputError: as `NavigationFunction.for_goal`.
+        InvalidInputError: something touches at the start, or as `NavigationFunction.for_goal`.
     """
-    any_field = PlanarField.of(step, kappa=1.0)
-    starts = [any_field.start] if any_field.free(any_field.start) else []
-    starts += sampled_starts(step, n_starts, seed)
+    if touching := step.relations.violated(step.start):
+        raise InvalidInputError([Mistake("start", f"violates {label}", "place the bodies apart") for label in touching])
+    starts = [PlanarField.of(step, kappa=1.0).start, *sampled_starts(step, n_starts, seed)]
     trials = []
     for kappa in default_kappas() if kappas is None else kappas:
         field = PlanarField.of(step, kappa=kappa, lambda_=lambda_, h=h)

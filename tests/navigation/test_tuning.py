@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_ltl.errors import InvalidInputError
 from drake_ltl.navigation import RegionBall, StaticBody, Traveller, step_relations
 from drake_ltl.navigation.detour import arrival_order
 from drake_ltl.navigation.planar import PlanarField
@@ -77,6 +78,11 @@ def test_tuning_says_so_where_no_kappa_was_large_enough():
 
     assert tuning.kappa is None
     assert str(tuning).endswith("no kappa tried is free of other minima")
+
+
+def test_a_start_that_touches_something_is_refused():
+    with pytest.raises(InvalidInputError, match=r"start: violates a and o0 \(agent-object\)"):
+        tune_kappa(step(start=(-1.0, 0.0)))
 
 
 def test_tuning_is_repeatable():
