@@ -15,6 +15,7 @@ from drake_ltl.verification.clearances import (
     step_clearances,
 )
 from drake_ltl.verification.data import data_violations, finite_part
+from drake_ltl.verification.detours import detoured_steps
 from drake_ltl.verification.expected import Expected, action_violations, expectations
 from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_errors, weld_violations
 from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
@@ -83,6 +84,7 @@ def verify(recording: Recording, scenario: Scenario | None = None, mechanics: Me
         max_weld_angle=float(welds.angle.max(initial=0.0)),
         max_tilt=largest_tilt(recording),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
+        detours=detoured_steps(recording),
     )
 
 

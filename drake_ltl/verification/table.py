@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.detours import WORDS
 from drake_ltl.verification.grasps import HELD_ANGLE, HELD_GAP
 from drake_ltl.verification.lyapunov import RISE
 from drake_ltl.verification.verdict import Verdict
@@ -47,6 +48,7 @@ def _steps(verdict: Verdict, scenario: Scenario) -> Table:
         table.add_row("", "start", letters[0], "")
     for index, step in enumerate(verdict.steps, start=1):
         texts = [action_text(action) for action in step.actions]
+        texts += [f"({WORDS})"] if step.number in verdict.detours else []
         letter = letters[index] if index < len(letters) else ""
         table.add_row(str(index), "\n".join(texts) or "all wait", letter, f"{step.duration:.1f}")
     return table

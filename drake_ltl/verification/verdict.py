@@ -34,6 +34,8 @@ class Verdict:
     max_tilt: float
     """Largest angle between an object's axis and the vertical [rad]."""
     simulated_seconds: float
+    detours: tuple[int, ...] = ()
+    """Numbers of the steps that movers finished one after another, having stalled."""
 
 
 def to_json(verdict: Verdict, wall_seconds: float | None = None) -> dict[str, Any]:
