@@ -35,7 +35,7 @@ class Verdict:
     """Largest angle between an object's axis and the vertical [rad]."""
     simulated_seconds: float
     detours: tuple[int, ...] = ()
-    """Numbers of the steps that movers finished one after another, having stalled."""
+    """Numbers of the steps in which movers stalled and were led around, one by one."""
 
 
 def to_json(verdict: Verdict, wall_seconds: float | None = None) -> dict[str, Any]:
