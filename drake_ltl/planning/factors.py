@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from drake_ltl.planning.costs import region_costs
 from drake_ltl.planning.power import CanCarry
+from drake_ltl.planning.weights import evened
 from drake_ltl.scenario.model import Scenario
 
 CHUNK = 1 << 18
@@ -128,9 +129,10 @@ def _is_strong(scenario: Scenario, can_carry: CanCarry, j: int, team: tuple[int,
 
 
 def way_costs(scenario: Scenario) -> NDArray[np.float64]:
-    """(K, K): what one body's way costs."""
+    """(K, K): what one body's way costs, rounded (`weights.evened`) so that sums over all members can be compared."""
     table, names = region_costs(scenario), scenario.region_names
-    return np.array([[table[start, goal] for goal in names] for start in names])
+    costs = np.array([[table[start, goal] for goal in names] for start in names])
+    return evened(costs, float(costs.max()) * (len(scenario.agents) + len(scenario.objects)))
 
 
 def _pairs(scenario: Scenario) -> Pairs:

@@ -43,7 +43,28 @@ def in_units(costs: NDArray[np.float64], largest: float) -> NDArray[np.float64]:
         costs: of any shape.
         largest: no transition costs more; determines the quantum.
     """
+    return _scaled(costs, _digits(largest)) * COST_UNIT if largest > 0.0 else np.zeros_like(costs)
+
+
+def evened(costs: NDArray[np.float64], largest: float) -> NDArray[np.float64]:
+    """Costs rounded so that the weight of a sum is the sum of the weights, and not only almost.
+
+    Otherwise what is done in one step would not weigh the same as in two, and ties would be decided by rounding.
+
+    Args:
+        costs: of any shape.
+        largest: no sum in question is greater; sums may still be weighted by factors up to ten.
+    """
     if largest <= 0.0:
-        return np.zeros_like(costs)
-    digits = math.floor(math.log10(2.0**53 / COST_UNIT / _SUM / largest))
-    return np.rint(costs * 10.0**digits if digits >= 0 else costs / 10.0**-digits) * COST_UNIT
+        return costs
+    digits = _digits(largest) - 1
+    return _scaled(costs, digits) / 10.0**digits if digits >= 0 else _scaled(costs, digits) * 10.0**-digits
+
+
+def _digits(largest: float) -> int:
+    """Decimals of a quantum, for costs up to `largest`."""
+    return math.floor(math.log10(2.0**53 / COST_UNIT / _SUM / largest))
+
+
+def _scaled(costs: NDArray[np.float64], digits: int) -> NDArray[np.float64]:
+    return np.rint(costs * 10.0**digits if digits >= 0 else costs / 10.0**-digits)

@@ -174,25 +174,33 @@ class ClosedLoops:
     def __init__(self, field: Field, prices: NDArray, width: float):
         """Prices (n,): what it costs to begin a loop at each node; width of waves."""
         self._field, self._prices, self._width = field, prices, width
-        self._least = np.where(field.alive, prices, np.inf) + (field.ahead + field.since).max(axis=0)
+        self._round = (field.ahead + field.since).max(axis=0)
+        self._least = np.where(field.alive, prices, np.inf) + self._round
         self.low, self.grain = float(self._least.min()), width
 
     def within(self, limit: float) -> Nearby | None:
-        """Nodes from where all marks, and some root, can still be met in time."""
-        product, width, roots = self._field.product, self._width, self._least < limit
-        below = limit - self._field.ahead.max(axis=0)
-        begun = spread(product.onwards, np.where(roots, self._prices, np.inf), below, width)
-        at, n, marks = np.flatnonzero(np.isfinite(begun)), len(begun), _marks(product)
-        passed = [least(n, product.only(mark).onwards(at, begun[at], below)) for mark in marks]
-        passed = _spread_all(product.onwards, passed, below, width)
+        """Nodes on the way from some root by way of each mark, before or after, and back to some root in time."""
+        product, width, roots, marks = (
+            self._field.product,
+            self._width,
+            self._least < limit,
+            _marks(self._field.product),
+        )
+        if not roots.any():
+            return None
+        prices = np.where(roots, self._prices, np.inf)
+        round_about = np.where(self._round + prices.min() < limit, limit, -np.inf)
+        begun = spread(product.onwards, prices, round_about, width)
         below = np.where(np.isfinite(begun), limit - begun, -np.inf)
         home = spread(product.backwards, np.where(roots, 0.0, np.inf), below, width)
-        at = np.flatnonzero(np.isfinite(home))
+        at, n = np.flatnonzero(np.isfinite(home)), len(home)
         homeward = [least(n, product.only(mark).backwards(at, home[at], below)) for mark in marks]
         homeward = _spread_all(product.backwards, homeward, below, width)
+        below = np.where(np.isfinite(home), limit - home, -np.inf)
+        passed = [least(n, product.only(mark).onwards(at, begun[at], below)) for mark in marks]
+        passed = _spread_all(product.onwards, passed, below, width)
         nodes = np.flatnonzero(np.minimum(passed + home, begun + homeward).max(axis=0) < limit)
-        prices = np.where(roots, self._prices, np.inf)[nodes]
-        return Nearby(product, nodes, prices, begun[nodes], home[nodes], limit) if len(nodes) else None
+        return Nearby(product, nodes, prices[nodes], begun[nodes], home[nodes], limit) if len(nodes) else None
 
     def solve(self, local: Local, limit: float) -> tuple[float, list[int]]:
         """The cheapest loop of the accepting part."""

@@ -17,6 +17,7 @@ from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import form
 from drake_ltl.scenario.model import PublishedFits
 
+PUBLISHED = PublishedFits(agent=1.25, grasping=2.5, object=0.5, capacity=5.75)
 CENTRES = st.lists(st.sampled_from([0.0, 0.0, 1.0, 2.0, 4.0]), min_size=2, max_size=3)
 """Of regions on a line; some in the same place, so that ways are free."""
 ROOM = PublishedFits(agent=1.0, grasping=1.5, object=0.5, capacity=4.0)
@@ -113,3 +114,27 @@ def test_interchangeable_helpers(make_scenario, way_to_close, spec, need, x):
     scenario = make_scenario(agents, {"o0": (need, "1"), "o1": (1.0, "1")}, centres, spec)
     start = State(("r0", "r1", "r0"), ("r0", "r1"), (None, None, None))
     assert_same(scenario, start, published_fits(ROOM))
+
+
+ERRANDS = ["1", "GF {}", "GF {} & GF {}", "G !{}", "F({} & F {})", "G({} -> F {}) & GF {}", "G({} -> X {}) & GF {}"]
+
+
+@settings(deadline=None, max_examples=25)
+@given(data=st.data(), cost=st.sampled_from(["squared_distance", "distance"]), room=st.sampled_from([PUBLISHED, ROOM]))
+def test_errands_in_the_papers_regions(make_scenario, data, cost, room):
+    """Ways of quite different lengths, and loops that meet some marks long before others."""
+    regions = st.sampled_from(["pi1", "pi2", "pi3", "pi4"])
+    errand = st.tuples(st.sampled_from(ERRANDS), regions, regions, regions).map(lambda x: x[0].format(*x[1:]))
+    agents = {name: (3.0, data.draw(errand)) for name in ("a0", "a1")} | {"a2": (3.0, "1")}
+    objects = {name: (data.draw(st.sampled_from([3.0, 5.0])), data.draw(errand)) for name in ("o0", "o1")}
+    start = State(*(tuple(data.draw(regions) for _ in range(n)) for n in (3, 2)), (None,) * 3)
+    assert_same(make_scenario(agents, objects, cost=cost), start, published_fits(room))
+
+
+def test_a_mark_is_met_early_and_the_way_back_is_short(make_scenario):
+    """Close to the end of the loop the nearest edges with some marks are far away, those of the next round."""
+    agents = {"a0": (3.0, "1"), "a1": (3.0, "G(pi2 -> X pi3) & GF pi2"), "a2": (3.0, "1")}
+    objects = {"o0": (5.0, "GF pi3"), "o1": (5.0, "GF pi2")}
+    scenario = make_scenario(agents, objects, spec="GF(a0.pi1 & o0.pi2)", cost="distance")
+    start = State(("pi1", "pi4", "pi4"), ("pi3", "pi3"), (None,) * 3)
+    assert value(scenario, start, published_fits(ROOM)) == ("optimal", pytest.approx(472.1629530239395), 8, 17)
