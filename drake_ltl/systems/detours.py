@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_ltl.multibody.measure import MeasuredModels
-from drake_ltl.navigation.detour import arrival_order, detour
+from drake_ltl.navigation.detour import arrival_order, detour, run_up
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.legs import ALL, Leg, moving_tasks
 from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
@@ -26,7 +26,9 @@ STALL_SPEED = 0.02
 STALL_TIME = 3.0
 """Movers at rest for so long short of their goals do not get there on this way [s]."""
 PASSED = 0.15
-"""A way point counts as passed at this distance [m]."""
+"""A way point counts as passed at this distance [m] ..."""
+PASSED_SPEED = 0.05
+"""... and the last one at this speed [m/s, rad/s]: a swinging arm would overshoot where room is scarce."""
 
 
 def started(state: Progress, task: TravelTask | TransportTask, models: MeasuredModels) -> Progress:
@@ -97,11 +99,13 @@ class Detours:
         relations = self.fields.relations(moving_tasks(step, Leg(index), self.models), now.snapshot, reaches)
         if any(relations.relations.violated(ends) for ends in (relations.start, relations.goal)):
             return None  # somebody stands where this mover is to go
-        return detour(relations)
+        stuck_ahead_of_goal = state.active == index and not state.way
+        return run_up(relations) if stuck_ahead_of_goal else detour(relations)
 
     def _passed(self, state: Progress, task: TravelTask | TransportTask, now: Measurement) -> bool:
         if isinstance(task, TravelTask):
             here = self.models.agents[task.agent].centre(now.q[task.agent])
         else:
             here = now.X_WO[task.object].translation()
-        return float(np.linalg.norm(here[:2] - state.way[0])) <= PASSED
+        slow = len(state.way) > 1 or self.arrival.speed(task, now) <= PASSED_SPEED
+        return slow and float(np.linalg.norm(here[:2] - state.way[0])) <= PASSED

@@ -236,3 +236,37 @@ def test_arms_with_a_yaw_joint_carry(tmp_path, yaw_joint):
     assert any(action["kind"] == "transport" for step in run.recording.steps for action in step.actions)
     verdict = verify(run.recording, scenario)
     assert verdict.satisfied, [str(violation) for violation in verdict.violations]
+
+
+TIGHT = """\
+name: tight
+workspace: {radius: 30.0}
+regions:
+  r1: {centre: [15.3, 0.4, 0], radius: 4.0}
+  r2: {centre: [-0.7, 0.8, 0], radius: 4.5}
+  r3: {centre: [15.6, -18.0, 0], radius: 4.5}
+  r4: {centre: [-10.2, -18.9, 0], radius: 4.0}
+agents:
+  a1:
+    model: package://drake_ltl_models/agents/planar_arm.urdf
+    position: [15.21, 0.41]
+    radius: 1.25
+    spec: "G !r4"
+  a2:
+    model: package://drake_ltl_models/agents/planar_arm.urdf
+    position: [-10.92, -19.19]
+    radius: 1.25
+    spec: "F(r4 & F r1)"
+seed: 307
+"""
+
+
+def test_room_for_one_more():
+    """a1 stands in the middle of a region; between it and the border there are 6 cm to spare. a2 comes close, stalls
+    with its arm folded away, and goes on from a way point where there is room."""
+    scenario = loads(TIGHT)
+    models = measure(scenario)
+    run = simulate(plan_and_place(scenario, models), scenario, models)
+    verdict = verify(run.recording)
+    assert verdict.satisfied, [str(violation) for violation in verdict.violations]
+    assert run.recording.phase.max() > 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drake_ltl.navigation import RegionBall, StaticBody, Transport, Traveller, step_relations
-from drake_ltl.navigation.detour import detour
+from drake_ltl.navigation.detour import detour, run_up
 
 REGIONS = [RegionBall("p1", (-10.0, 0.0, 0.0), 3.5), RegionBall("p2", (10.0, 0.0, 0.0), 3.5)]
 
@@ -75,3 +75,18 @@ def test_refuses_several_movers():
     )
     with pytest.raises(ValueError, match="one mover"):
         detour(step)
+
+
+def test_run_up_to_a_goal_beside_somebody():
+    """The start is squeezed between the goal and whom it must keep clear of; the run-up begins away from both."""
+    step = relations((-7.5, 0.5), (-7.4, 0.0), [(-10.0, 0.0, 1.25)], within=False)
+    ((x, y),) = run_up(step)
+    assert np.hypot(x + 10.0, y) > 2.5 + 0.3
+    assert 0.3 < np.hypot(x + 7.4, y) < 1.5
+    assert least_beta(step, [(x, y)]) > 0.0
+
+
+def test_no_run_up_where_there_is_no_room():
+    """Within a region that just holds it there is none; it goes on straight."""
+    ring = [(-10.0 + 2.6 * np.cos(angle), 2.6 * np.sin(angle), 1.25) for angle in np.linspace(0.0, 2.0 * np.pi, 9)]
+    assert run_up(relations((-10.05, 0.0), (-10.0, 0.0), ring, within=True)) == []

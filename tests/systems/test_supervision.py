@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from drake_ltl.systems.detours import PASSED, STALL_TIME
+from drake_ltl.systems.detours import PASSED, PASSED_SPEED, STALL_TIME
 from drake_ltl.systems.legs import ALL
 from drake_ltl.systems.program import StepProgram, TravelTask
 from drake_ltl.systems.progress import Measurement, Progress
@@ -457,6 +457,9 @@ def test_each_way_point_begins_an_interval(puppets, models):
         stand(stage, models, "a2", np.array(point) + np.array([2 * PASSED, 0.0]))
         assert len(stage.look().way) == number - passed + 1
         stand(stage, models, "a2", np.array(point) + np.array([0.5 * PASSED, 0.0]))
+        if passed == number:  # the last one only counts when it is passed slowly
+            assert len(stage.look().way) == 1
+            stage.world.qd["a2"][0] = 0.5 * PASSED_SPEED
         progress = stage.look()
         assert (progress.interval, len(progress.way)) == (1 + passed, number - passed)
         np.testing.assert_array_equal(progress.anchor, stage.world.anchor)
