@@ -22,8 +22,8 @@ from drake_ltl.planning.bounded.timetable import timetable
 from drake_ltl.planning.bounded.walks import Walker
 from drake_ltl.scenario.model import PublishedFits
 
-FIRST_MOVES = 500
-"""Moves of the first round, for each errand;"""
+FIRST_MOVES, LEAST_MOVES = 500, 5000
+"""Moves of the first round, for each errand, and at least;"""
 GROWTH = 1.6
 """each round has so many times more."""
 HOTTEST, WARM, COLDEST = 2.0, 0.5, 0.05
@@ -83,7 +83,7 @@ class Annealing:
         if state.cost < bar and self._offered(agenda, offer):
             bar = state.cost
         if n_errands:
-            n_moves = int(FIRST_MOVES * n_errands * GROWTH ** (self._n_rounds // 2))
+            n_moves = int(max(LEAST_MOVES, FIRST_MOVES * n_errands) * GROWTH ** (self._n_rounds // 2))
             self._cool(state, n_moves, heat, bar, offer, is_over)
         return n_errands > 0
 

@@ -92,9 +92,12 @@ class Search:
 
     def _search_longer(self, stretch: float) -> None:
         """Lassos of up to a multiple of the best one's length, and parts of it, if the models are not too large."""
+        step = len(self.problem.members) * self.problem.n_regions**2
+        if step * FIRST_HORIZON > LARGEST_MODEL:
+            return
+        self.best = self._tidied(self.best)
         self.horizon = max(int(len(self.best[0]) * stretch) + 1, self.searched + 1)
-        problem = self.problem
-        if self.horizon * len(problem.members) * problem.n_regions**2 > LARGEST_MODEL:
+        if step * self.horizon > LARGEST_MODEL:
             return
         self._search_horizon()
         if not self._is_over() and self.searched < self.horizon:

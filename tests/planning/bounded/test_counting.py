@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from drake_ltl.errors import InfeasibleError
 from drake_ltl.planning import plan
+from drake_ltl.planning.bounded import counting
 from drake_ltl.planning.bounded.bounds import lone_members, raise_bound
+from drake_ltl.planning.bounded.detours import needed_ways
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.standing import Standing
 from drake_ltl.planning.bounded.teams import least_team
@@ -38,6 +41,33 @@ def test_never_above_the_optimum(random_problem, block):
         assert bound <= best * (1.0 + 1e-9), seed
         tight += bound >= best * (1.0 - 1e-9)
     assert tight >= 0.75 * feasible  # nine of ten are, so that a bound gone weak is noticed
+
+
+def test_ways_with_a_detour_as_good_are_not_missed(random_problem, monkeypatch):
+    """The programs with and without them have the same minima."""
+
+    def all_ways(problem, members):
+        every = {(a, b) for a in range(problem.n_regions) for b in range(problem.n_regions) if a != b}
+        return [sorted(every if lone is None else lone.ways) for lone in members]
+
+    fewer = compared = 0
+    for seed in range(60):
+        scenario, start = random_problem(seed, 4)
+        scenario = replace(scenario, spec="1")  # quicker; the relaxation leaves it out anyway if it joins members
+        try:
+            problem = Problem(scenario, start, sum_rule(scenario), True)
+            members = lone_members(problem)
+        except InfeasibleError:
+            continue
+        bounds = []
+        for ways in (needed_ways, all_ways):
+            monkeypatch.setattr(counting, "needed_ways", ways)
+            bounds.append(counting.Counting(problem, members).bound(20.0))
+        assert bounds[0] == bounds[1], seed
+        compared += 1
+        fewer += sum(map(len, needed_ways(problem, members))) < sum(map(len, all_ways(problem, members)))
+    assert compared >= 20
+    assert fewer >= 5
 
 
 def test_the_papers_cases(case_i, case_ii):
