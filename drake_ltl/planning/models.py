@@ -58,14 +58,17 @@ class Model(Protocol):
         """Whether any run from a state is accepted."""
 
 
-def model(scenario: Scenario, fits: Fits, can_carry: CanCarry | None) -> Model | None:
-    """The factored model where TS has too many transitions to be listed; None otherwise.
+def is_listed(scenario: Scenario) -> bool:
+    """Whether TS has so few transitions that they are rather listed."""
+    return n_choices(scenario) <= MOST_LISTED
+
+
+def factored(scenario: Scenario, fits: Fits, can_carry: CanCarry | None) -> Factored:
+    """The factored model; can_carry None stands for the sum rule.
 
     Raises:
         SearchLimitError: there are too many states even so.
     """
-    if n_choices(scenario) <= MOST_LISTED:
-        return None
     merge = can_carry is None and getattr(fits, "counts_agents", False)
     states = MergedStates(scenario, fits, crowds(scenario, merge))
     check_size(states)

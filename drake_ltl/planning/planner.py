@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake
+from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake, SearchLimitError
 from drake_ltl.planning.actions import actions_between
 from drake_ltl.planning.automaton import Automaton, tabulate, translate
 from drake_ltl.planning.certificate import check, state_fault
 from drake_ltl.planning.costs import Chi, path_cost, sum_of_ways
 from drake_ltl.planning.counts import Counts
 from drake_ltl.planning.fits import Fits
-from drake_ltl.planning.models import Listed, Model, Route, model
+from drake_ltl.planning.models import Listed, Model, Route, factored, is_listed
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.power import CanCarry, sum_rule
 from drake_ltl.planning.transition_system import TransitionSystem, digits_of, form
@@ -72,41 +72,61 @@ def plan(
     """
     _check_weights(alpha, beta)
     began = time.perf_counter()
-    system = _model(scenario, fits, can_carry, chi, forbidden, system)
-    can_carry = can_carry or sum_rule(scenario)
-    if not system.has(start):
-        raise InfeasibleError(f"the initial state is impossible: {state_fault(scenario, start, fits)}")
-    formed = time.perf_counter()
-    letter, automaton = _automaton(scenario, system, seen)
-    translated = time.perf_counter()
-    route = system.cheapest(letter, automaton, start, alpha, beta)
+
+    def listed() -> Model:
+        return Listed(system or form(scenario, fits, can_carry or sum_rule(scenario), chi), forbidden)
+
+    makes: list[Callable[[], Model]] = [listed]
+    if chi is None and system is None and not forbidden:  # the factored model has none of these
+        makes.insert(is_listed(scenario), lambda: factored(scenario, fits, can_carry))
+    model, route, seconds = _search(scenario, makes, start, fits, alpha, beta, seen)
     if route is None:
-        raise InfeasibleError(_reason(scenario, system, start, forbidden, seen))
+        raise InfeasibleError(_reason(scenario, model, start, forbidden, seen))
     found = _plan(scenario, route, chi or sum_of_ways(scenario), alpha, beta)
-    check(found, scenario, start, fits, can_carry, chi, seen)
-    searched = time.perf_counter()
+    check(found, scenario, start, fits, can_carry or sum_rule(scenario), chi, seen)
+    total = time.perf_counter() - began
     return replace(
         found,
-        counts=Counts(system.n_states, system.n_transitions, global_formula(scenario)),
-        seconds={
-            "transition_system": formed - began,
-            "automaton": translated - formed,
-            "search": searched - translated,
-            "total": searched - began,
-        },
+        counts=Counts(model.n_states, model.n_transitions, global_formula(scenario)),
+        seconds={**seconds, "search": total - sum(seconds.values()), "total": total},
     )
 
 
-def _model(
+def _search(
     scenario: Scenario,
+    makes: Sequence[Callable[[], Model]],
+    start: State,
     fits: Fits,
-    can_carry: CanCarry | None,
-    chi: Chi | None,
-    forbidden: frozenset[tuple[State, State]],
-    system: TransitionSystem | None,
-) -> Model:
-    factored = None if chi or forbidden or system else model(scenario, fits, can_carry)
-    return factored or Listed(system or form(scenario, fits, can_carry or sum_rule(scenario), chi), forbidden)
+    alpha: float,
+    beta: float,
+    seen: Sequence[State],
+) -> tuple[Model, Route | None, dict[str, float]]:
+    """The plan of least J by the first model that proves it, else the first plan; and what forming the model took.
+
+    Raises:
+        SearchLimitError: all models are too large.
+    """
+    found: tuple[Model, Route | None, dict[str, float]] | None = None
+    for make in makes:
+        began = time.perf_counter()
+        try:
+            model = make()
+            if not model.has(start):
+                raise InfeasibleError(f"the initial state is impossible: {state_fault(scenario, start, fits)}")
+            formed = time.perf_counter()
+            letter, automaton = _automaton(scenario, model, seen)
+            translated = time.perf_counter()
+            route = model.cheapest(letter, automaton, start, alpha, beta)
+        except SearchLimitError as error:
+            problem = error
+            continue
+        seconds = {"transition_system": formed - began, "automaton": translated - formed}
+        if route is None or route.optimal:
+            return model, route, seconds
+        found = found or (model, route, seconds)
+    if found is None:
+        raise problem
+    return found
 
 
 def _check_weights(alpha: float, beta: float) -> None:
@@ -115,11 +135,11 @@ def _check_weights(alpha: float, beta: float) -> None:
             raise InvalidInputError([Mistake(name, f"is {weight}", "a weight must be finite and at least zero")])
 
 
-def _automaton(scenario: Scenario, system: Model, seen: Sequence[State] = ()) -> tuple[NDArray, Automaton]:
+def _automaton(scenario: Scenario, model: Model, seen: Sequence[State] = ()) -> tuple[NDArray, Automaton]:
     """The letter of each state, and the automaton of the scenario's formula after what was seen."""
     automaton = translate(global_formula(scenario))
     propositions = [ap.ap_name() for ap in automaton.ap()]
-    different, letter = system.letters(propositions)
+    different, letter = model.letters(propositions)
     if not seen:
         return letter, tabulate(automaton, propositions, different)
     for state in seen:
@@ -147,7 +167,7 @@ def _plan(scenario: Scenario, route: Route, chi: Chi, alpha: float, beta: float)
     )
 
 
-def _reason(scenario: Scenario, system: Model, start: State, forbidden: frozenset, seen: Sequence[State]) -> str:
+def _reason(scenario: Scenario, model: Model, start: State, forbidden: frozenset, seen: Sequence[State]) -> str:
     """Why there is no plan: one formula alone if possible."""
     if translate(global_formula(scenario)).is_empty():
         whole = "no word at all satisfies the formulas together"
@@ -157,8 +177,8 @@ def _reason(scenario: Scenario, system: Model, start: State, forbidden: frozense
         formula = global_formula(alone)
         if translate(formula).is_empty():
             return f"no word at all satisfies {name}: {formula}"
-        letter, automaton = _automaton(alone, system, seen)
-        if not system.has_lasso(letter, automaton, start):
+        letter, automaton = _automaton(alone, model, seen)
+        if not model.has_lasso(letter, automaton, start):
             return f"no run from the initial state satisfies {name}, even without the others: {formula}"
     if forbidden:
         whole += f", with {len(forbidden)} transitions excluded"

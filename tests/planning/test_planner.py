@@ -12,9 +12,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InfeasibleError, InvalidInputError
-from drake_ltl.planning import plan, planner, search
+from drake_ltl.planning import models, plan, planner, search
 from drake_ltl.planning.certificate import check, transition_fault
 from drake_ltl.planning.costs import sum_of_ways
+from drake_ltl.planning.factored import search as factored
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.power import sum_rule
@@ -295,11 +296,29 @@ def test_loops_are_shared_out_where_they_are_many(case, most_edges, status, requ
     fits = published_fits(scenario.fits)
     best = plan(scenario, start, fits)
     monkeypatch.setattr(search, "MOST_LAYERED_EDGES", most_edges)
-    found = plan(scenario, start, fits)
+    found = plan(scenario, start, fits, system=form(scenario, fits, sum_rule(scenario)))
     assert found.status == status
     assert found.lower_bound <= best.cost <= found.cost
     if status == "optimal":
         assert (found.cost, len(found.moves)) == (best.cost, len(best.moves))
+
+
+def test_what_the_list_cannot_prove_is_proven_without(case_ii, monkeypatch):
+    """Where bounds leave few nodes there are few loops."""
+    scenario, start = case_ii
+    fits = published_fits(scenario.fits)
+    monkeypatch.setattr(search, "MOST_LAYERED_EDGES", 500)
+    assert plan(scenario, start, fits, system=form(scenario, fits, sum_rule(scenario))).status == "feasible"
+    found = plan(scenario, start, fits)
+    assert (found.status, found.cost, len(found.moves)) == ("optimal", 7827.0, 10)
+
+
+def test_what_is_too_much_without_a_list_is_listed(case_i, monkeypatch):
+    scenario, start = case_i
+    monkeypatch.setattr(models, "MOST_LISTED", 0)
+    monkeypatch.setattr(factored, "MOST_NODES", 0)
+    found = plan(scenario, start, published_fits(scenario.fits))
+    assert (found.status, found.cost, found.counts["ts_transitions"]) == ("optimal", 14928.0, 7680)
 
 
 # Variations

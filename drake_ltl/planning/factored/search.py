@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
+from drake_ltl.planning import search
 from drake_ltl.planning.automaton import Automaton, never_counts
 from drake_ltl.planning.factored.identities import Row, exchanged, follow
 from drake_ltl.planning.factored.loops import ClosedLoops, Field, FoundLoop, ReadLoops, find_loop
@@ -19,7 +20,7 @@ from drake_ltl.planning.factored.waves import WaveProduct, spread
 from drake_ltl.planning.factors import way_costs
 from drake_ltl.planning.power import CanCarry
 from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
-from drake_ltl.planning.search import MOST_LAYERS, MOST_PROFILES, gap_between
+from drake_ltl.planning.search import gap_between
 
 WAVE = 1.5
 """Width of a wave in steps: wide enough to spare many small ones, narrow enough that few nodes are met twice."""
@@ -105,7 +106,7 @@ class FactoredSearch:
         """Exact search for a loop that is not closed after one round and better than a known one."""
         by_state, root, n_system = self._by_state, loop.root, self._prefixes.n_system
         shown = self.letter.reshape(-1)[by_state.min(axis=0) < loop.weight]
-        profiles = all_profiles(self.automaton, shown, MOST_PROFILES)
+        profiles = all_profiles(self.automaton, shown, search.MOST_PROFILES)
         sound = profiles is not None
         for q, prices in enumerate(by_state if sound else ()):
             later = profiles.closed_later(q) if (prices < loop.weight).any() else None
@@ -200,5 +201,5 @@ def check_product(states: MergedStates, automaton: Automaton) -> None:
         SearchLimitError: it is too large.
     """
     size = states.n_states * automaton.n_states * automaton.full.bit_length()
-    if size > MOST_NODES or automaton.full >= MOST_LAYERS:
+    if size > MOST_NODES or automaton.full >= search.MOST_LAYERS:
         raise SearchLimitError(f"the product of {states.n_states} states and the automaton is too large")
