@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, groupby
 
 import numpy as np
 
@@ -89,16 +89,14 @@ def realisable_sets(relations: Relations, fixed: FixedPoints) -> RelationSets:
                 raise _too_many(f"{len(relations.apart)} binary relations: {what}")
         size = len(level[0])
         level = list(_grown([chosen for chosen in kept if len(chosen) == size]))
-        if len(kept) + len(level) > 100 * MAX_RELATIONS:
-            raise _too_many(f"{len(relations.apart)} binary relations have too many relations over all levels")
     return RelationSets(len(relations.apart), tuple(kept))
 
 
 def _grown(sets: list[tuple[int, ...]]) -> Iterator[tuple[int, ...]]:
     """Sets with one member more, all of whose parts are among `sets` (of one size, in order)."""
     known = set(sets)
-    for first, second in combinations(sets, 2):
-        if first[:-1] == second[:-1]:
+    for _, alike in groupby(sets, key=lambda chosen: chosen[:-1]):
+        for first, second in combinations(alike, 2):
             union = (*first, second[-1])
             if all(part in known for part in combinations(union, len(first))):
                 yield union

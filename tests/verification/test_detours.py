@@ -9,7 +9,6 @@ from drake_ltl.scenario import Scenario
 from drake_ltl.verification import Verdict, verdict_table
 from drake_ltl.verification.detours import WORDS, detoured_steps
 
-
 TRAVEL = {"kind": "travel", "agents": ("a1",), "object": None, "from": "p", "to": "q"}
 
 
