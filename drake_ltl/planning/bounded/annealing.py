@@ -81,7 +81,7 @@ class Annealing:
         trips = [self._routes.trip(i, agenda) for i in range(self._problem.n_agents)]
         state = _State(self._routes, agenda, trips)
         if state.cost < bar and self._offered(agenda, offer):
-            bar = state.cost
+            bar = state.cost - state.cost % MOVE
         if n_errands:
             n_moves = int(max(LEAST_MOVES, FIRST_MOVES * n_errands) * GROWTH ** (self._n_rounds // 2))
             self._cool(state, n_moves, heat, bar, offer, is_over)
@@ -112,7 +112,7 @@ class Annealing:
                 continue
             if new.cost < bar and not new_crowd and n >= pause:
                 if self._offered(new.agenda, offer):
-                    bar = new.cost
+                    bar = new.cost - new.cost % MOVE  # with fewer moves it is not offered again
                 else:
                     refused += 1
                     if bar < math.inf:
@@ -122,11 +122,9 @@ class Annealing:
 
     def _crowd(self, state: _State) -> float:
         """What it costs that regions are too full."""
-        return (
-            0.0
-            if self._crowding is None
-            else self._degree * CROWD * self._crowding.excess(state.agenda, state.meetings)
-        )
+        if self._crowding is None:
+            return 0.0
+        return self._degree * CROWD * self._crowding.excess(state.agenda, state.meetings)
 
     def _offered(self, agenda: Agenda, offer: Offer) -> bool:
         return any(offer(timetable(self._problem, self._routes, agenda, together=t)) for t in (True, False))
