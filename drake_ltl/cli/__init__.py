@@ -1,4 +1,4 @@
-"""The command `drake-ltl`: plan, simulate, verify."""
+"""The command `drake-ltl`, with a module for each of its commands."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0: satisfied, or a plan was found; 1: violated or infeasible; 2: bad input, one line per mistake on stderr;
     130: interrupted.
     """
-    from drake_ltl.cli.outcome import complain
+    from drake_ltl.cli.outcome import colours, complain
     from drake_ltl.cli.statuses import BAD_INPUT, INTERRUPTED
     from drake_ltl.errors import DrakeLtlError, InvalidInputError
 
     try:
-        args = _parser().parse_args(arguments)
-        return args.run(args)
+        args = make_parser().parse_args(arguments)
+        with colours(not args.no_color):
+            return args.run(args)
     except InvalidInputError as error:
         complain(str(error))
         return BAD_INPUT
@@ -87,18 +88,27 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line; `run` of what it returns carries the command out."""
     import argparse
 
     import drake_ltl
-    from drake_ltl.cli import plan, simulate, verify
+    from drake_ltl.cli import check, completion, draw, explain, new, plan, simulate, verify, view
 
     parser = argparse.ArgumentParser(
         prog="drake-ltl",
         description="Plans, simulates and verifies missions of robots and objects given in linear temporal logic.",
+        epilog="example: drake-ltl new errand.yaml && drake-ltl simulate errand.yaml",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {drake_ltl.__version__}")
+    parser.add_argument("--no-color", action="store_true", help=_NO_COLOR)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for command in (plan, simulate, verify):
+    for command in (new, check, draw, explain, plan, simulate, verify, view, completion):
         command.add_parser(commands)
+    for command in commands.choices.values():
+        # Suppressed: what stands before the command would be overruled by a default.
+        command.add_argument("--no-color", action="store_true", default=argparse.SUPPRESS, help=_NO_COLOR)
     return parser
+
+
+_NO_COLOR = "no colours nor styles, as where NO_COLOR is set"

@@ -23,7 +23,34 @@ PIPE_WIDTH = 120
 
 def console() -> Console:
     """Where results go."""
-    return _Console() if sys.stdout.isatty() else _Console(width=PIPE_WIDTH)
+    plain = {"color_system": None} if os.environ.get("NO_COLOR") else {}
+    return _Console(**plain) if sys.stdout.isatty() else _Console(width=PIPE_WIDTH, **plain)
+
+
+@contextmanager
+def colours(wanted: bool) -> Iterator[None]:
+    """Without colours in the body unless they are wanted; the environment may forbid them anyhow."""
+    before = os.environ.get("NO_COLOR")
+    if not wanted:
+        os.environ["NO_COLOR"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop("NO_COLOR", None)
+        else:
+            os.environ["NO_COLOR"] = before
+
+
+@contextmanager
+def working(text: str) -> Iterator[None]:
+    """Says on a terminal what takes so long; nothing in a pipe."""
+    screen = Console(stderr=True)
+    if not screen.is_terminal:
+        yield
+        return
+    with screen.status(text):
+        yield
 
 
 class _Console(Console):

@@ -32,6 +32,8 @@ from drake_ltl.scenario.starts import check_starts
 OVERTIME = 0.25
 """Share of the time limit that the bounded method may take beyond it, to end a solver's step and to check its plan."""
 
+PLAN_TIME_HELP = "give up after S seconds of planning"
+
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
     """Adds the command to the parser."""
@@ -50,19 +52,25 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="explicit: enumerate the transition system; bounded: lassos of growing length, for large teams; "
         "auto: explicit unless too large (default)",
     )
-    parser.add_argument("--time-limit", type=_seconds, metavar="S", help="give up after S seconds of planning")
+    parser.add_argument("--time-limit", type=seconds, metavar="S", help=PLAN_TIME_HELP)
+    parser.add_argument(
+        "--outputs",
+        type=file_path,
+        metavar="DIR",
+        help="write plan and projections (JSON), table, lasso (DOT) and automaton (HOA) here",
+    )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Plans; 0 if there is a plan, 1 if there is none."""
-    check_writable(args.json)
+    check_writable(args.json, folder=args.outputs)
     scenario = load(args.file)
     geometry = planning_geometry(scenario)
     start, fits = planning_problem(scenario, geometry)
     began = time.monotonic()
     try:
-        found, method = _planned(args, scenario, start, fits)
+        found, method = planned(args, scenario, start, fits)
     except InfeasibleError as error:
         complain(f"infeasible: {error}")
         write_json(args.json, no_plan_json(scenario, "infeasible"))
@@ -82,10 +90,14 @@ def run(args: argparse.Namespace) -> int:
     if args.method == "auto" and method == "bounded":
         out.print("too large to enumerate: planned by the bounded method")
     write_json(args.json, plan_to_json(found, scenario))
+    if args.outputs is not None:
+        from drake_ltl.planning.outputs import write_outputs  # rarely asked for
+
+        write_outputs(found, scenario, args.outputs)
     return SUCCESS
 
 
-def _planned(args: argparse.Namespace, scenario: Scenario, start: State, fits: Fits) -> tuple[Plan, Method]:
+def planned(args: argparse.Namespace, scenario: Scenario, start: State, fits: Fits) -> tuple[Plan, Method]:
     """The plan, and the method that found it.
 
     Raises:
@@ -157,7 +169,8 @@ def planning_geometry(scenario: Scenario) -> Geometry:
     )
 
 
-def _seconds(text: str) -> float:
+def seconds(text: str) -> float:
+    """The type of an argument that is a time [s]."""
     try:
         value = float(text)
     except ValueError:

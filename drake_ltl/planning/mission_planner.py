@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_ltl.errors import InfeasibleError, NoPlacesError, PlacementError
+from drake_ltl.errors import InfeasibleError, NoPlacesError, PlacementError, SearchLimitError
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.geometric_fits import GeometricFits
 from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.initial import initial_state
+from drake_ltl.planning.large_missions import plan_large_mission
 from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.placement import place
 from drake_ltl.planning.plan import Plan
@@ -53,9 +54,13 @@ def plan_mission(
         InfeasibleError: no plan satisfies the formula.
         NoPlacesError: none of those tried can be placed; says how many were tried, and for the cheapest and the last
             at which step which bodies found no places.
+        SearchLimitError: the problem is too large to enumerate, and the bounded method found no plan in time.
     """
     fits = fits or GeometricFits(scenario, geometry)
-    start, system = initial_state(scenario, starts), form(scenario, fits, sum_rule(scenario))
+    try:
+        start, system = initial_state(scenario, starts), form(scenario, fits, sum_rule(scenario))
+    except SearchLimitError:
+        return plan_large_mission(scenario, geometry, starts, fits)
     widths = list(np.zeros((3, system.n_transitions), dtype=bool))
     failures: list[str] = []
     least: Plan | None = None

@@ -43,11 +43,11 @@ def samples_of(recording: Recording, step: StepRecord) -> np.ndarray:
     return np.append(inside, inside[-1] + 1) if inside[-1] + 1 < len(recording.time) else inside
 
 
-def draw_workspace(axes: Axes, view: View) -> None:
+def draw_workspace(axes: Axes, scenario: Scenario) -> None:
     """Workspace and regions; equal scales, no frame."""
-    radius = view.scenario.workspace_radius
+    radius = scenario.workspace_radius
     axes.add_patch(Circle((0, 0), radius, facecolor=FLOOR, edgecolor=MUTED, linewidth=1.0, zorder=0))
-    for region in view.scenario.regions:
+    for region in scenario.regions:
         axes.add_patch(
             Circle(region.centre[:2], region.radius, facecolor=(*REGION, 0.22), edgecolor=REGION, lw=0.8, zorder=1)
         )
@@ -99,9 +99,9 @@ def show_region(axes: Axes, view: View, name: str) -> None:
         spine.set(visible=True, color=GRID)
 
 
-def draw_scale(axes: Axes, view: View) -> None:
+def draw_scale(axes: Axes, scenario: Scenario) -> None:
     """A bar of a round length in the lower left corner."""
-    radius = view.scenario.workspace_radius
+    radius = scenario.workspace_radius
     length = _round_length(radius / 3)
     x, y = -0.98 * radius, -0.95 * radius
     axes.plot([x, x + length], [y, y], color=INK, lw=1.5, solid_capstyle="butt")
@@ -152,26 +152,46 @@ def _draw_teams(axes: Axes, view: View, rows: np.ndarray) -> None:
 
 
 def _draw_names(axes: Axes, view: View, row: int, font_size: float) -> None:
-    for name, (edge, away) in _name_places(view, row).items():
+    draw_names(axes, _name_places(view, row), view.colours, font_size)
+
+
+def draw_names(
+    axes: Axes, places: Mapping[str, tuple[np.ndarray, np.ndarray]], colours: Mapping[str, Colour], font_size: float
+) -> None:
+    """Names of members at places found by `name_places`; long ones do not reach back over their bodies."""
+    for name, (edge, away) in places.items():
+        side = float(np.sign(away[0])) if abs(away[0]) > 0.5 else 0.0
         axes.annotate(
-            name, edge, 7.5 * away, textcoords="offset points", ha="center", va="center",
-            color=view.colours[name], fontsize=font_size, weight="bold", zorder=7, path_effects=HALO,
+            name, edge, (4.0 if side else 7.5) * away, textcoords="offset points", ha=_ALIGN[side], va="center",
+            color=colours[name], fontsize=font_size, weight="bold", zorder=7, path_effects=HALO,
             annotation_clip=True, clip_on=True,
         )  # fmt: skip
 
 
 def _name_places(view: View, row: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """For each member the point beside which its name stands, and the direction: away from the bodies around it."""
     recording = view.recording
-    places = {name: points[row, :2] for name, points in _moving(recording)}
-    radii = {**recording.object_radius, **recording.agent_radius}
+    centres = {name: points[row, :2] for name, points in _moving(recording)}
+    return name_places(centres, recording.agent_radius, recording.object_radius)
+
+
+def name_places(
+    centres: Mapping[str, np.ndarray], agent_radius: Mapping[str, float], object_radius: Mapping[str, float]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """For each member the point beside which its name stands, and the direction: away from the bodies around it.
+
+    Args:
+        centres: (2,) of each member, in W [m].
+        agent_radius: [m]; of circles.
+        object_radius: [m]; of squares around which a circle of that radius passes.
+    """
+    radii = {**object_radius, **agent_radius}
     beside = {}
-    for name, place in places.items():
-        near = [p for other, p in places.items() if other != name and np.linalg.norm(p - place) < 4 * radii[name]]
+    for name, place in centres.items():
+        near = [p for other, p in centres.items() if other != name and np.linalg.norm(p - place) < 4 * radii[name]]
         away = place - np.mean(near, axis=0) if near else np.array([0.0, 1.0])
         length = np.linalg.norm(away)
         away = away / length if length > 1e-6 else np.array([0.0, 1.0])
-        reach = radii[name] if name in recording.agents else 0.71 * radii[name]
+        reach = radii[name] if name in agent_radius else 0.71 * radii[name]
         beside[name] = place + reach * away, away
     return beside
 

@@ -74,14 +74,14 @@ def _draw_step(figure: Figure, view: View, step: StepRecord, regions: list[str])
         axes = figure.add_subplot(grid[:, 0])
     else:
         grid, axes = None, figure.add_subplot()
-    draw_workspace(axes, view)
+    draw_workspace(axes, view.scenario)
     draw_step(axes, view, step)
     draw_region_names(axes, view, step)
-    draw_scale(axes, view)
+    draw_scale(axes, view.scenario)
     _draw_key(axes)
     for place, region in enumerate(regions):
         close_up = figure.add_subplot(grid[place, 1])
-        draw_workspace(close_up, view)
+        draw_workspace(close_up, view.scenario)
         draw_step(close_up, view, step, font_size=8.5)
         show_region(close_up, view, region)
 
@@ -98,7 +98,7 @@ def _draw_sheet(figure: Figure, view: View, rows: int, columns: int) -> None:
     figure.get_layout_engine().set(h_pad=0.08)
     for place, step in enumerate(view.recording.steps):
         axes = figure.add_subplot(rows, columns, place + 1)
-        draw_workspace(axes, view)
+        draw_workspace(axes, view.scenario)
         draw_step(axes, view, step, font_size=6.5)
         draw_region_names(axes, view, step, font_size=6.5)
         axes.set_title("\n".join(_sheet_title(step)), fontsize=7.0, loc="left")

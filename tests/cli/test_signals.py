@@ -28,7 +28,7 @@ def stuck(*args, **options):
 """
 EPILOGUE = "\nsys.argv[0] = 'drake-ltl'\ncli.entry_point()\n"
 
-LOADING = "cli._parser = stuck"
+LOADING = "cli.make_parser = stuck"
 PLANNING = "from drake_ltl.cli import plan; plan.plan_by = stuck"
 SIMULATING = """
 from drake_ltl.cli import simulate

@@ -1,0 +1,41 @@
+"""`drake-ltl check FILE`: every mistake of a scenario, without planning."""
+
+from __future__ import annotations
+
+import argparse
+
+from drake_ltl.cli.outcome import console, file_path, working
+from drake_ltl.cli.statuses import SUCCESS
+
+
+def add_parser(commands: argparse._SubParsersAction) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "check",
+        help="look for mistakes in a scenario",
+        description="Reads a scenario, loads its models and looks where everybody starts. Prints one line per mistake: "
+        "where it is, what is wrong, what would be right. Exit status: 0 no mistakes, 2 mistakes.",
+        epilog="example: drake-ltl check examples/warehouse.yaml",
+    )
+    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """0 if nothing is wrong.
+
+    Raises:
+        InvalidInputError: with every mistake of the file; of a sound file, with all that its models or starts have.
+    """
+    from drake_ltl.scenario import load
+
+    scenario = load(args.file)
+    with working("loading the models"):
+        from drake_ltl.multibody import MeasureGeometry
+        from drake_ltl.scenario.starts import check_starts
+
+        check_starts(scenario, MeasureGeometry(scenario).geometry)
+    counts = ((scenario.regions, "region"), (scenario.agents, "agent"), (scenario.objects, "object"))
+    parts = ", ".join(f"{len(members)} {kind}{'' if len(members) == 1 else 's'}" for members, kind in counts)
+    console().print(f"no mistakes found: {parts}", highlight=False)
+    return SUCCESS
