@@ -41,6 +41,8 @@ def dumped(scenario: Scenario) -> str:
     data["controller"]["lambda"] = data["controller"].pop("lambda_")
     del data["controller"]["kappa"]  # left out, it grows with the number of relations
     data["fits"] = data["fits"] or "geometric"
+    if data["team_radius"] is None:
+        del data["team_radius"]
     del data["source"]
     return yaml.safe_dump(data, sort_keys=False)
 
