@@ -28,24 +28,28 @@ _MOST_CARRIES = 10_000
 """The program of all members is not formed if there are more numbers that say how often somebody carries something:
 its first relaxation would take longer than anybody waits."""
 
+_FORMING = 1e-3
+"""Time it may take to form that program, for each such number [s]: it is left alone if there is less."""
+
 
 def raise_bound(problem: Problem, members: Sequence[Alone | None], standing: Standing) -> None:
     """Raise the lower bound until nothing better can be proven, or nobody needs it."""
-    n = problem.n_agents
+    n, ways = problem.n_agents, needed_ways(problem, members)
 
     def least(program: Counting) -> int:
         return max(_bounds(program, standing), default=0)
 
     objects = range(n, n + problem.n_objects)
-    with_teams = sum(least(Counting.of_one(problem, members, m, with_team=True)) for m in objects)
+    with_teams = sum(least(Counting.of_one(problem, members, ways, m, with_team=True)) for m in objects)
     standing.raise_bound(float(with_teams * problem.unit))
-    own = sum(least(Counting.of_one(problem, members, m)) for m in range(len(problem.members)))
+    own = sum(least(Counting.of_one(problem, members, ways, m)) for m in range(len(problem.members)))
     standing.raise_bound(float(own * problem.unit))
     while standing.cost is None and not standing.stopped and standing.left > 0.0:
         time.sleep(_NAP)  # the first plan comes first
-    if standing.stopped or standing.proven or _n_carries(problem, members) > _MOST_CARRIES:
+    n_carries = 2 * n * sum(map(len, ways[n:]))  # agents times objects' ways, in prefix and suffix
+    if n_carries > _MOST_CARRIES or standing.left < n_carries * _FORMING:
         return
-    for bound in _bounds(Counting(problem, members), standing):
+    for bound in _bounds(Counting(problem, members, ways), standing):
         standing.raise_bound(float(bound * problem.unit))
 
 
@@ -58,11 +62,6 @@ def _bounds(program: Counting, standing: Standing) -> Iterator[int]:
         bound, done = program.bound(left if left < 2.0 * seconds else seconds)
         yield bound
         seconds *= _MORE
-
-
-def _n_carries(problem: Problem, members: Sequence[Alone | None]) -> int:
-    """Agents times objects' ways, in prefix and suffix."""
-    return 2 * problem.n_agents * sum(map(len, needed_ways(problem, members)[problem.n_agents :]))
 
 
 def lone_members(problem: Problem) -> list[Alone | None]:

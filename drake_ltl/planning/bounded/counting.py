@@ -35,7 +35,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from drake_ltl.planning.bounded.alone import Alone, Way
-from drake_ltl.planning.bounded.detours import needed_ways, without_ways
+from drake_ltl.planning.bounded.detours import without_ways
 from drake_ltl.planning.bounded.own_formula import add_own_formula
 from drake_ltl.planning.bounded.problem import Problem
 from drake_ltl.planning.bounded.program import Program, total
@@ -49,14 +49,15 @@ _PHASES = ("prefix", "suffix")
 class Counting:
     """The relaxation as a mixed-integer program."""
 
-    def __init__(self, problem: Problem, members: Sequence[Alone | None]):
+    def __init__(self, problem: Problem, members: Sequence[Alone | None], ways: Sequence[Sequence[Way]]):
         """Form the program of all members.
 
         Args:
             problem: the problem.
             members: from `lone_members`.
+            ways: of each object, and each agent's free ways: from `needed_ways`.
         """
-        self._start(problem, members)
+        self._start(problem, members, ways)
         n = problem.n_agents
         self._objects = [self._add_alone(n + j) for j in range(problem.n_objects)]
         for agent in range(n):
@@ -65,30 +66,36 @@ class Counting:
 
     @classmethod
     def of_one(
-        cls, problem: Problem, members: Sequence[Alone | None], member: int, *, with_team: bool = False
+        cls,
+        problem: Problem,
+        members: Sequence[Alone | None],
+        ways: Sequence[Sequence[Way]],
+        member: int,
+        *,
+        with_team: bool = False,
     ) -> Counting:
         """The program of one member without the others.
 
         Args:
             problem: the problem.
             members: from `lone_members`.
+            ways: from `needed_ways`.
             member: index of an agent or an object.
             with_team: whether each way of an object counts as often as bodies go it at least: itself and the
                 smallest team that may go there and is strong enough. Nobody carries two objects at once, so these
                 minima of several objects add up, and agents' free ways come on top.
         """
         program = cls.__new__(cls)
-        program._start(problem, members)
+        program._start(problem, members, ways)
         program._add_alone(member, with_team=with_team)
         return program
 
-    def _start(self, problem: Problem, members: Sequence[Alone | None]) -> None:
+    def _start(self, problem: Problem, members: Sequence[Alone | None], ways: Sequence[Sequence[Way]]) -> None:
         self._problem, self._program, self._members = problem, Program(), members
-        ways = problem.integer_ways(below=True)
-        self._scale = max((cost for row in ways for cost in row), default=0) or 1
-        self._costs = [[cost / self._scale for cost in row] for row in ways]
-        self._needed = needed_ways(problem, members)
-        """[m]: ways of an object, free ways of an agent"""
+        costs = problem.integer_ways(below=True)
+        self._scale = max((cost for row in costs for cost in row), default=0) or 1
+        self._costs = [[cost / self._scale for cost in row] for row in costs]
+        self._needed = ways
         self._objective: list[Any] = []
         self._carriers: dict[tuple[int, str, Way], list[tuple[int, Any, Any]]] = {}
         """(object, phase, way) -> (agent, how often, whether at all)"""

@@ -178,11 +178,12 @@ class Moves:
 
     def _walk(self, obj: int) -> Walk:
         """One of an object's own walks of about least cost."""
-        if obj not in self._walks:
-            walker = self._walkers[self._problem.n_agents + obj]
-            found = {((), ())} if walker is None else {walker.cheapest(self._noisy()) for _ in range(_WALKS)}
-            self._walks[obj] = sorted(found)
-        return self._chance.choice(self._walks[obj])
+        walker, known = self._walkers[self._problem.n_agents + obj], self._walks.setdefault(obj, [])
+        if walker is None:
+            return (), ()
+        if len(known) < _WALKS and (not known or self._chance.random() < 0.5):
+            known.append(walker.cheapest(self._noisy()))
+        return self._chance.choice(known)
 
     def _noisy(self) -> Callable[[int, int], float]:
         regions = range(self._problem.n_regions)

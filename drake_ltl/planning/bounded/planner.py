@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from itertools import pairwise
 
 from drake_ltl.errors import InfeasibleError, SearchLimitError
@@ -86,19 +85,8 @@ def plan_bounded(
         what = f"neither a plan nor a proof that there is none after {search.standing.seconds:.1f} s"
         raise SearchLimitError(f"{what}; lassos of up to {search.horizon} steps were looked at")
     plan = _plan(problem, run, search.standing)
-    for conjunct in search.conjuncts:
-        check(plan, _with_one_formula(scenario, conjunct.formula), start, fits, can_carry)
+    check(plan, scenario, start, fits, can_carry)
     return plan
-
-
-def _with_one_formula(scenario: Scenario, formula: str) -> Scenario:
-    """The scenario with one conjunct as its only formula: words are judged one conjunct at a time.
-
-    The automaton of many conjuncts together would be exponentially large.
-    """
-    agents = tuple(replace(agent, spec="1") for agent in scenario.agents)
-    objects = tuple(replace(obj, spec="1") for obj in scenario.objects)
-    return replace(scenario, agents=agents, objects=objects, spec=formula)
 
 
 def _plan(problem: Problem, run: Run, standing: Standing) -> Plan:

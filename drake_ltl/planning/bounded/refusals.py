@@ -120,6 +120,8 @@ def counting_rule(problem: Problem, fits: Fits) -> PublishedFits | None:
     if rule is None:
         return None
     published, agents, objects = published_fits(rule), scenario.agent_names, scenario.object_names
+    if fits == published:
+        return rule
     for free in range(len(agents) + 1):
         for holding in range(len(agents) - free + 1 if objects else 1):
             for placed in range(int(holding > 0), len(objects) + 1):
