@@ -29,8 +29,9 @@ def plan_by(
     """A plan, and the method that found it.
 
     Args:
-        method: `explicit` enumerates the transition system and proves its plan least; `bounded` searches lassos of
-            growing length and bounds what any could cost; `auto` takes the first unless the problem is too large.
+        method: `explicit` looks at the whole transition system, listed or factored, and proves its plan least;
+            `bounded` searches lassos of growing length and bounds what any could cost; `auto` takes the first unless
+            the problem is too large.
         time_limit: for the bounded method [s]; None takes BOUNDED_TIME.
         report: called by the bounded method with each better plan and bound (`bounded.Progress`).
 

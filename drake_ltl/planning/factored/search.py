@@ -25,7 +25,7 @@ from drake_ltl.planning.search import gap_between
 WAVE = 1.5
 """Width of a wave in steps: wide enough to spare many small ones, narrow enough that few nodes are met twice."""
 
-MOST_NODES = 20_000_000
+MOST_NODES = 12_000_000
 """Of a product, times marks: arrays of so many numbers are formed, some at a time."""
 MOST_ENTRIES = 30_000_000
 """Of the tables that say how the formations of crowds follow each other."""
