@@ -73,7 +73,7 @@ def _flags(options: tuple[_Argument, ...]) -> str:
 _BASH = r"""# Completion of drake-ltl for bash.
 _drake_ltl_files() {{
     local word left_out
-    compopt -o filenames 2>/dev/null
+    compopt -o filenames 2>/dev/null || :  # fails where it is not called by a completion
     while IFS= read -r word; do COMPREPLY+=("$word"); done < <(
         compgen -d -- "$cur"
         for left_out in "$@"; do compgen -f -X "$left_out" -- "$cur"; done

@@ -35,12 +35,16 @@ def draw_map(scenario: Scenario, geometry: Geometry, starts: Starts, path: Path)
         OSError: the file cannot be written.
     """
     (written,) = write_figure(
-        lambda figure: _draw(figure, scenario, geometry, starts), SIZE, path.with_suffix(""), [path.suffix.lstrip(".")]
+        lambda figure: fill_map(figure, scenario, geometry, starts),
+        SIZE,
+        path.with_suffix(""),
+        [path.suffix.lstrip(".")],
     )
     return written
 
 
-def _draw(figure: Figure, scenario: Scenario, geometry: Geometry, starts: Starts) -> None:
+def fill_map(figure: Figure, scenario: Scenario, geometry: Geometry, starts: Starts) -> None:
+    """The map, in a figure of one's own: axes with the workspace, and beside them axes with the formulas."""
     colours = member_colours(scenario.agent_names, scenario.object_names)
     grid = figure.add_gridspec(1, 2, width_ratios=(2.1, 1))
     axes = figure.add_subplot(grid[0, 0])
@@ -96,7 +100,7 @@ def _draw_objects(
     for obj in scenario.objects:
         colour, radius = colours[obj.name], geometry.object_radius[obj.name]
         axes.add_patch(
-            Circle(centres[obj.name], radius, facecolor="none", edgecolor=colour, lw=0.9, ls=(0, (2, 2)), zorder=4.5)
+            Circle(centres[obj.name], radius, facecolor=(*colour, 0.16), edgecolor=colour, lw=0.6, zorder=4.5)
         )
         corner, side = centres[obj.name] - radius / np.sqrt(2), radius * np.sqrt(2)
         axes.add_patch(Rectangle(corner, side, side, facecolor=(*colour, 0.9), edgecolor=colour, zorder=4.5))

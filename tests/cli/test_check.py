@@ -1,0 +1,40 @@
+"""`drake-ltl check`."""
+
+from __future__ import annotations
+
+
+def test_a_sound_scenario(drake_ltl, examples):
+    result = drake_ltl("check", examples / "case_ii.yaml")
+    assert (result.status, result.err) == (0, "")
+    assert result.out == "no mistakes found: 4 regions, 3 agents, 2 objects\n"
+
+
+def test_all_mistakes_of_a_file_at_once(drake_ltl, changed):
+    file = changed({"radius: 30.0": "radius: -1", 'spec: "G !pi3"': 'spec: "G !pi9"', "power: 4": "power: strong"})
+    result = drake_ltl("check", file)
+    assert (result.status, result.out) == (2, "")
+    places = [line.split(":")[0] for line in result.err.splitlines()]
+    assert places == ["workspace.radius", "agents.a1.spec", "agents.a2.power"]
+
+
+def test_models_are_loaded(drake_ltl, changed):
+    """A radius that is too small for the robot is known only from its model."""
+    result = drake_ltl("check", changed({"radius: 1.25  ": "radius: 0.25  "}))
+    assert result.status == 2
+    assert result.err.startswith("agents.a1.radius")
+
+
+def test_starts_are_looked_at(drake_ltl, shuttle_file):
+    text = shuttle_file.read_text(encoding="utf-8").replace("position: [-2.5, 0.0]", "position: [-2.5, 6.0]")
+    shuttle_file.write_text(text, encoding="utf-8")
+    result = drake_ltl("check", shuttle_file)
+    assert result.status == 2
+    (line,) = result.err.splitlines()
+    assert line.startswith("agents.a1.position")
+    assert "lies in no region" in line
+
+
+def test_no_file(drake_ltl, tmp_path):
+    result = drake_ltl("check", tmp_path / "none.yaml")
+    assert result.status == 2
+    assert len(result.err.splitlines()) == 1
