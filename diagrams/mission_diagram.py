@@ -13,7 +13,6 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, PortSwitch, VectorLogSink
 
-from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.mission import Layout, Mission
 from drake_ltl.scenario.model import Scenario
@@ -139,6 +138,8 @@ def _add_transport(
     builder.Connect(supervisor.get_shares_output_port(name), controller.get_shares_input_port())
     for agent, instance in transport_plant.agents.items():
         builder.Connect(plant.get_state_output_port(instance), controller.get_agent_state_input_port(agent))
+        if models.agents[agent].is_redundant:
+            builder.Connect(supervisor.get_anchor_output_port(agent), controller.get_anchor_input_port(agent))
     return controller
 
 
@@ -155,8 +156,7 @@ def _add_agent(
     """The agent's own controllers and the switch that selects among them, in the order of signals.Mode."""
     model, settings = models.agents[agent], scenario.controller
     state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
-    damping = np.full(model.n, settings.arm_damping)
-    damping[:NUM_BASE_JOINTS] = settings.base_damping
+    damping = model.damping(settings.base_damping, settings.arm_damping)
 
     hold = builder.AddSystem(HoldController(model))
     builder.Connect(supervisor.get_hold_output_port(agent), hold.get_hold_input_port())

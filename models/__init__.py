@@ -1,7 +1,9 @@
 """Robots and objects shipped with drake_ltl, as the Drake package `drake_ltl_models`.
 
-agents/planar_arm.urdf   holonomic base with a two-link arm, joints x, y, q1, q2
-objects/crate.sdf        crate with a handle ring that can be grasped from all sides
+agents/planar_arm.urdf            holonomic base with a two-link arm, joints x, y, q1, q2
+agents/mobile_manipulator.urdf    holonomic base that turns, with an arm of six joints: x, y, yaw, q1 .. q6
+agents/mobile_manipulator_7.urdf  the same with an arm of seven joints
+objects/crate.sdf                 crate with a handle ring that can be grasped from all sides
 """
 
 from __future__ import annotations

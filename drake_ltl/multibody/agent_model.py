@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import JacobianWrtVariable, JointIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.multibody.collision_balls import body_balls, moved
+from drake_ltl.multibody.manipulability import manipulability
 from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel, require_collision_geometry
 from drake_ltl.scenario.model import Agent
 
 ARM_WEIGHT = 0.1
 """Of a joint's error in gamma [m^2/rad^2]: the arm's inertia is small, a stiffer goal would need shorter time steps."""
+WEIGHT_PER_INERTIA = 4.0
+"""... and at most so much for each kg m^2 that the joint moves, for wrists that are lighter still [1/kg]."""
+FASTEST_DECAY = 120.0
+"""Damping of a joint per inertia [1/s]: K dt / b stays near one half at time steps of 5 ms; beyond, it chatters."""
+POSTURE_FREQUENCY = 40.0
+"""Of a joint of a redundant arm on its spring, all other joints free [rad/s]: as stiff as time steps of 5 ms allow with
+ease, so that loads stay upright and a base that is dragged along lags by a few centimetres."""
+POSTURE_DAMPING = 0.7
+"""Of that spring, relative to the critical one."""
+INERTIA_SAMPLES = 500
+"""Postures of which the least inertia is taken."""
 NUM_BASE_JOINTS = 2
 """An agent's first two joints move its base along the world's x and y."""
 
@@ -56,9 +70,60 @@ class AgentModel:
         return tuple(joint.name() for joint in sorted(moving, key=lambda joint: joint.position_start()))
 
     @property
+    def is_redundant(self) -> bool:
+        """Whether it can move with its gripper at rest: more than six joints."""
+        return self.n > 6
+
+    @cached_property
     def gamma_weights(self) -> np.ndarray:
-        """Diagonal (n,) of the weight in gamma_z: 1 for the base [-], ARM_WEIGHT for the arm's joints [m^2/rad^2]."""
-        return np.concatenate([np.ones(NUM_BASE_JOINTS), np.full(self.n - NUM_BASE_JOINTS, ARM_WEIGHT)])
+        """Diagonal (n,) of the weight in gamma_z: 1 for the base [-], for the arm's joints ARM_WEIGHT [m^2/rad^2], less
+        for light ones."""
+        weights = np.minimum(ARM_WEIGHT, WEIGHT_PER_INERTIA * self.least_inertia)
+        weights[:NUM_BASE_JOINTS] = 1.0
+        return weights
+
+    @cached_property
+    def least_inertia(self) -> np.ndarray:
+        """(n,) [kg, kg m^2]: 1 / (B^-1)_jj, what joint j moves while others are free, the least of many postures."""
+        lower, upper = self.arm_limits
+        arms = np.random.default_rng(0).uniform(lower, upper, size=(INERTIA_SAMPLES, len(lower)))
+        configurations = np.pad(arms, ((0, 0), (NUM_BASE_JOINTS, 0)))
+        return 1.0 / np.max([np.diag(np.linalg.inv(self.inertia(q))) for q in configurations], axis=0)
+
+    @property
+    def arm_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of all joints but x and y (n - 2,) [rad], +-pi where there are none or wider ones."""
+        lower, upper = self.plant.GetPositionLowerLimits(), self.plant.GetPositionUpperLimits()
+        return np.maximum(lower[NUM_BASE_JOINTS:], -np.pi), np.minimum(upper[NUM_BASE_JOINTS:], np.pi)
+
+    @property
+    def effort_limits(self) -> np.ndarray:
+        """(n,) [N, N m] of the joints' actuators; inf without one. Drake's plant applies no more."""
+        B = self.plant.MakeActuationMatrix()
+        limits = [self.plant.get_joint_actuator(i).effort_limit() for i in self.plant.GetJointActuatorIndices()]
+        return np.array([limits[int(np.argmax(row))] for row in B])
+
+    def damping(self, base: float, arm: float) -> np.ndarray:
+        """Diagonal (n,) of K_z [N s/m, N m s/rad]: as told, less for joints that are too light for so much."""
+        K = np.minimum(arm, FASTEST_DECAY * self.least_inertia)
+        K[:NUM_BASE_JOINTS] = base
+        return K
+
+    def manipulability(self, q: np.ndarray) -> float:
+        """w(q) = sqrt(det J J^T), see `multibody.manipulability`."""
+        return manipulability(self.grasp_jacobian(q))
+
+    @property
+    def posture_stiffness(self) -> np.ndarray:
+        """(n,) [N m/rad] of the spring that keeps a redundant arm's posture while it carries; none for x and y."""
+        stiffness = POSTURE_FREQUENCY**2 * self.least_inertia
+        stiffness[:NUM_BASE_JOINTS] = 0.0
+        return stiffness
+
+    @property
+    def posture_damping(self) -> np.ndarray:
+        """(n,) [N m s/rad] that goes with it."""
+        return 2.0 * POSTURE_DAMPING / POSTURE_FREQUENCY * self.posture_stiffness
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """g_q(q) (n,) [N, N m] of (1a), the torque that balances gravity."""

@@ -113,7 +113,8 @@ def posture_name(postures: Mapping[str, np.ndarray], configuration: GraspConfigu
 def _postures(
     model: AgentModel, agent: str, grasps: Mapping[tuple[str, str], tuple[GraspConfiguration, ...]]
 ) -> dict[str, np.ndarray]:
-    """Start posture if the scenario gives one, then each grasp's (alike ones once), then all joints at zero."""
+    """Start posture if the scenario gives one, then each grasp's (alike ones once), then all joints at zero, or as near
+    to it as their limits allow."""
     table: dict[str, np.ndarray] = {}
 
     def add(name: str, arm: np.ndarray) -> None:
@@ -127,7 +128,7 @@ def _postures(
             if a == agent:
                 name = configuration.name if configuration.name not in table else f"{configuration.name}_{o}"
                 add(name, configuration.q[NUM_BASE_JOINTS:])
-    add("zero", np.zeros(model.n - NUM_BASE_JOINTS))
+    add("zero", np.clip(0.0, *model.arm_limits))
     return table
 
 

@@ -5,16 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.optimize
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.solvers import Solve
 
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.multibody.manipulability import log_manipulability_slope
 
 POSITION_TOLERANCE = 1e-5
 """Inverse kinematics must meet the grasp this closely [m]: a hundredth of the weld tolerance."""
 ANGLE_TOLERANCE = 1e-4
 """... and this closely [rad]."""
+EASE = 0.03
+"""How far a redundant arm's base comes closer for an e-fold of manipulability, or of room to its joints' limits [m]."""
+ROOM = 0.02
+"""A redundant arm keeps this share of its joints' ranges free on either side."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,8 @@ def grasp_configurations(
 ) -> tuple[GraspConfiguration, ...]:
     """The ways in which an agent can grasp a ring around an object: along its heading, forwards or backwards.
 
-    That is all an arm in a vertical plane can do; one with a yaw joint does the same.
+    That is all an arm in a vertical plane can do; one with a yaw joint does the same. Of all the postures in which a
+    redundant arm can do so, the one that stands far off at ease, see `comfort`.
 
     Args:
         X_OG: the ring's grasp frame at azimuth 0, z towards the object; Rz(azimuth) X_OG is one as well.
@@ -48,34 +55,99 @@ def grasp_configurations(
     found = []
     for name, azimuth in (("plus", psi + np.pi), ("minus", psi)):
         X_OR = RigidTransform(RotationMatrix.MakeZRotation(azimuth), np.zeros(3)) @ X_OG
-        for flip in (0.0, np.pi):  # a parallel gripper may be turned by half a turn about its own z axis
-            X_OE = X_OR @ RigidTransform(RotationMatrix.MakeZRotation(flip), np.zeros(3))
-            q = solve_grasp(model, X_WO @ X_OE)
-            if q is not None:
-                found.append(GraspConfiguration(name, q, X_OE))
-                break
+        # a parallel gripper may be turned by half a turn about its own z axis
+        turned = [X_OR @ RigidTransform(RotationMatrix.MakeZRotation(flip), np.zeros(3)) for flip in (0.0, np.pi)]
+        solved = [(solve_grasp(model, X_WO @ X_OE), X_OE) for X_OE in turned]
+        ways = [GraspConfiguration(name, q, X_OE) for q, X_OE in solved if q is not None]
+        if ways:
+            found.append(max(ways, key=lambda way: comfort(model, way.q)))
     return tuple(found)
 
 
 def solve_grasp(model: AgentModel, X_WE: RigidTransform) -> np.ndarray | None:
-    """q (n,) with X_WE(q) as given and the base as far behind the gripper as possible, or None."""
-    best, best_reach = None, -np.inf
+    """q (n,) with X_WE(q) as given and the greatest `comfort` found, or None."""
+    best, best_comfort = None, -np.inf
     for guess in _guesses(model, X_WE):
         q = _solve_from(model, X_WE, guess)
-        if q is None:
-            continue
-        reach = float(np.linalg.norm(q[:NUM_BASE_JOINTS] - X_WE.translation()[:2]))
-        if reach > best_reach + 1e-6:
-            best, best_reach = q, reach
+        if q is not None and model.is_redundant:
+            q = _at_ease(model, X_WE, q)
+        if q is not None and comfort(model, q) > best_comfort + 1e-6:
+            best, best_comfort = q, comfort(model, q)
     return best
 
 
+def comfort(model: AgentModel, q: np.ndarray) -> float:
+    """How far the base stands from the gripper [m], so that teams find room; for a redundant arm less what it costs.
+
+    That is EASE times log(1 / w) and -log(1 - x^2) of every joint with limits, x in (-1, 1): far from singularities
+    and from the limits of joints.
+    """
+    reach = float(np.linalg.norm(q[:NUM_BASE_JOINTS] - model.grasp_pose(q).translation()[:2]))
+    if not model.is_redundant:
+        return reach
+    _, _, x = _shares_of_ranges(model, q)
+    w = model.manipulability(q)
+    return reach + EASE * float(np.log(max(w, 1e-12)) + np.log(np.maximum(1.0 - x**2, 1e-12)).sum())
+
+
+def _comfort_slope(model: AgentModel, q: np.ndarray) -> np.ndarray:
+    J = model.grasp_jacobian(q)
+    limited, half, x = _shares_of_ranges(model, q)
+    slope = EASE * log_manipulability_slope(J)
+    slope[limited] -= EASE * 2.0 * x / (1.0 - x**2) / half
+    behind = q[:NUM_BASE_JOINTS] - model.grasp_pose(q).translation()[:2]
+    away = behind / np.linalg.norm(behind)
+    slope[:NUM_BASE_JOINTS] += away
+    return slope - J[3:5].T @ away
+
+
+def _shares_of_ranges(model: AgentModel, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which joints of the arm have limits, half their ranges, and where in (-1, 1) of them q is."""
+    lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+    limited = np.isfinite(upper - lower)
+    limited[:NUM_BASE_JOINTS] = False
+    lower, upper = lower[limited], upper[limited]
+    half = 0.5 * (upper - lower)
+    return limited, half, (q[limited] - 0.5 * (lower + upper)) / half
+
+
+def _at_ease(model: AgentModel, X_WE: RigidTransform, q: np.ndarray) -> np.ndarray | None:
+    """The same grasp with the greatest comfort nearby."""
+    lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+    limited, half, _ = _shares_of_ranges(model, q)
+    lower[limited] += 2.0 * ROOM * half
+    upper[limited] -= 2.0 * ROOM * half
+    result = scipy.optimize.minimize(
+        lambda q: -comfort(model, q),
+        np.clip(q, lower, upper),
+        jac=lambda q: -_comfort_slope(model, q),
+        method="SLSQP",
+        bounds=scipy.optimize.Bounds(lower, upper),
+        constraints={
+            "type": "eq",
+            "fun": lambda q: pose_error(model.grasp_pose(q), X_WE),
+            "jac": lambda q: -model.grasp_jacobian(q),
+        },
+        options={"maxiter": 200, "ftol": 1e-10},
+    )
+    q = _polish(model, X_WE, result.x)
+    return q if _meets(model, X_WE, q) else None
+
+
 def _guesses(model: AgentModel, X_WE: RigidTransform):
-    """Starting points: the base 2 m behind the gripper, arm joints at several shares of their ranges."""
+    """Starting points: the base 2 m behind the gripper, arm joints at several shares of their ranges.
+
+    Of a redundant arm also its zero, which is where designers mean it to be, with the third joint, its yaw as a rule,
+    turned as the gripper is.
+    """
     backwards = -X_WE.rotation().matrix()[:2, 2]
     base = X_WE.translation()[:2] + 2.0 * backwards
-    lower = np.clip(model.plant.GetPositionLowerLimits()[NUM_BASE_JOINTS:], -np.pi, np.pi)
-    upper = np.clip(model.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS:], -np.pi, np.pi)
+    lower, upper = model.arm_limits
+    if model.is_redundant:
+        arm = np.clip(0.0, lower, upper)
+        yield np.concatenate([base, arm])
+        arm[0] = np.clip(np.arctan2(-backwards[1], -backwards[0]), lower[0], upper[0])
+        yield np.concatenate([base, arm])
     for share in (0.25, 0.75, 0.4, 0.6):
         yield np.concatenate([base, lower + share * (upper - lower)])
 

@@ -6,9 +6,10 @@ A stated radius that is smaller than the body would make every clearance, and so
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
+import scipy.optimize
 
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
@@ -21,6 +22,9 @@ TEAM_SLACK = 0.03
 """Added to a measured r_{T,j} for what the joints give way while carrying [m]."""
 MAX_SAMPLES = 4000
 """Configurations at which an agent's radius is measured."""
+DENSE = 10
+"""With fewer samples for each joint, the farthest of them are starts of a search for what lies between."""
+SEARCHES = 4
 ROUNDING = 1e-6
 """A stated radius may be this much too small [m]: the numbers of models are rounded as well."""
 
@@ -47,7 +51,8 @@ def team_radius(agents: Mapping[str, AgentModel], obj: ObjectModel, grasps: Gras
 def bounding_radius(model: AgentModel) -> float:
     """r_i [m], rounded up to a millimetre: covers all collision geometry from c_i in every sampled configuration.
 
-    The arm's joints run over a grid of their ranges (over +-pi where a joint has no limits).
+    The arm's joints run over a grid of their ranges (over +-pi where a joint has no limits); where there are too many
+    for a dense one, the largest distance is searched for from its farthest points.
     """
     return round_up(_agent_reach(model))
 
@@ -117,8 +122,23 @@ def _too_small(where: str, stated: float | None, reach: float, body: str, slack:
 def _agent_reach(model: AgentModel, *, inner: bool = False) -> float:
     """Largest distance from c_i of a point of the agent, in any sampled configuration."""
     volume = model.inner_volume if inner else model.volume
-    configurations = (np.concatenate([np.zeros(NUM_BASE_JOINTS), arm]) for arm in _arm_samples(model))
-    return max(farthest(volume(q), model.centre(q)) for q in configurations)
+
+    def distance(arm: np.ndarray) -> float:
+        q = np.concatenate([np.zeros(NUM_BASE_JOINTS), arm])
+        return farthest(volume(q), model.centre(q))
+
+    arms = [np.array(arm) for arm in _arm_samples(model)]
+    distances = np.array([distance(arm) for arm in arms])
+    if _samples_per_joint(model) >= DENSE:
+        return float(distances.max())
+    starts = [arms[i] for i in np.argsort(-distances, kind="stable")[:SEARCHES]]
+    return max(float(distances.max()), *(_search(distance, start, model.arm_limits) for start in starts))
+
+
+def _search(distance: Callable[[np.ndarray], float], start: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
+    """The largest distance near `start`, without derivatives: which point is farthest changes on the way."""
+    bounds = scipy.optimize.Bounds(*limits)
+    return -float(scipy.optimize.minimize(lambda arm: -distance(arm), start, method="Powell", bounds=bounds).fun)
 
 
 def _team_reach(agents: Mapping[str, AgentModel], obj: ObjectModel, grasps: Grasps, *, inner: bool = False) -> float:
@@ -133,7 +153,9 @@ def _team_reach(agents: Mapping[str, AgentModel], obj: ObjectModel, grasps: Gras
 
 
 def _arm_samples(model: AgentModel) -> Iterator[tuple[float, ...]]:
-    lower = np.maximum(model.plant.GetPositionLowerLimits()[NUM_BASE_JOINTS:], -np.pi)
-    upper = np.minimum(model.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS:], np.pi)
-    per_joint = max(2, int(MAX_SAMPLES ** (1 / max(1, len(lower)))))
-    return itertools.product(*(np.linspace(lo, hi, per_joint) for lo, hi in zip(lower, upper, strict=True)))
+    number = _samples_per_joint(model)
+    return itertools.product(*(np.linspace(lo, hi, number) for lo, hi in zip(*model.arm_limits, strict=True)))
+
+
+def _samples_per_joint(model: AgentModel) -> int:
+    return max(2, int(MAX_SAMPLES ** (1 / max(1, model.n - NUM_BASE_JOINTS))))

@@ -81,7 +81,7 @@ class ControllerSettings:
     base_damping: float = 18.0
     """K_z of the base's joints [N s/m]."""
     arm_damping: float = 3.0
-    """K_z of the arm's joints [N m s/rad]."""
+    """K_z of the arm's joints [N m s/rad]; less for joints that move too little inertia for so much."""
     team_damping: float = 24.0
     """Damping of the carried object's velocity [N s/m]."""
     team_rotation_damping: float = 4.0

@@ -16,6 +16,7 @@ from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.legs import moving_tasks
+from drake_ltl.systems.posture_springs import PostureSprings
 from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, reach_ends, unpack_step
 from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField
@@ -35,7 +36,7 @@ class FieldValue:
     potential: float
     """k Phi [J]."""
     lyapunov: float
-    """V = k Phi + kinetic energy of all movers [J]."""
+    """V = k Phi + kinetic energy of all movers + energy of redundant carriers' springs [J]."""
     agents: Mapping[str, np.ndarray]
     """k dPhi/dq_z (n_z,) of each traveller."""
     objects: Mapping[str, np.ndarray]
@@ -72,7 +73,7 @@ class NavigationField(LeafSystem):
         super().__init__()
         self.set_name("navigation_field")
         self._program, self._scenario, self._models = program, scenario, models
-        self._builder = FieldBuilder(scenario, models)
+        self._builder, self._springs = FieldBuilder(scenario, models), PostureSprings(models.agents)
         self._sizes = {name: model.n for name, model in models.agents.items()}
         self._step = self.DeclareVectorInputPort("step", STEP_SIGNAL_SIZE)
         self._anchor = self.DeclareVectorInputPort("anchor", sum(self._sizes.values()) + 3 * len(models.objects))
@@ -208,7 +209,7 @@ class NavigationField(LeafSystem):
             task.object: k * (by_gamma * slopes[row] + np.array([0.0, 0.0, 0.0, *by_p[row, :2], 0.0]))
             for row, task in enumerate(transports, start=len(travels))
         }
-        lyapunov = k * float(value) + self._kinetic_energy(context, field)
+        lyapunov = k * float(value) + self._kinetic_energy(context, field) + self._posture_energy(context, field)
         return FieldValue(k * float(value), lyapunov, agents, objects)
 
     def _kinetic_energy(self, context: Context, field: StepField) -> float:
@@ -221,6 +222,17 @@ class NavigationField(LeafSystem):
             energy += self._models.agents[name].kinetic_energy(x[:n], x[n:])
         for task in field.transports:
             energy += _object_energy(self._models.objects[task.object], self._state[task.object].Eval(context))
+        return energy
+
+    def _posture_energy(self, context: Context, field: StepField) -> float:
+        """Of the springs that keep redundant arms in the posture in which they began to carry [J]."""
+        carriers = [name for task in field.transports for name in task.team if self._models.agents[name].is_redundant]
+        if not carriers:
+            return 0.0
+        reference, energy = self._snapshot(self._anchor.Eval(context)).q, 0.0
+        for name in carriers:
+            model, q = self._models.agents[name], self._state[name].Eval(context)[: self._sizes[name]]
+            energy += self._springs.of(name, reference[name]).energy(q, model.grasp_jacobian(q))
         return energy
 
 

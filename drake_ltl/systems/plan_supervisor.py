@@ -45,11 +45,13 @@ class PlanSupervisor(LeafSystem):
         - shares_<object>
         - step
         - anchor
+        - anchor_<agent>
         - status
 
     `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`
     and `shares_` are what the controllers of these names take; `step` is packed by `signals.pack_step`;
-    `anchor` all configurations and all objects' origins at the begin of the phase; `status` (2 + 2 N) is (count,
+    `anchor` all configurations and all objects' origins at the begin of the phase, `anchor_<agent>` one of the
+    configurations; `status` (2 + 2 N) is (count,
     interval, modes, commanded welds), for a log.
 
     Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
@@ -115,6 +117,9 @@ class PlanSupervisor(LeafSystem):
             )
         declare("step", STEP_SIGNAL_SIZE, self._step_signal)
         declare("anchor", sum(self._sizes.values()) + 3 * len(self._objects), lambda progress: progress.anchor)
+        starts = np.cumsum([0, *self._sizes.values()])
+        for name, start, end in zip(self._sizes, starts, starts[1:], strict=False):
+            declare(f"anchor_{name}", int(end - start), lambda progress, a=start, b=end: progress.anchor[a:b])
         declare("status", 2 + 2 * len(self._sizes), _status_signal)
 
     def get_state_input_port(self, name: str) -> InputPort:
@@ -136,8 +141,9 @@ class PlanSupervisor(LeafSystem):
     def get_step_output_port(self) -> OutputPort:
         return self._output["step"]
 
-    def get_anchor_output_port(self) -> OutputPort:
-        return self._output["anchor"]
+    def get_anchor_output_port(self, agent: str | None = None) -> OutputPort:
+        """Of everything, or of one agent."""
+        return self._output["anchor" if agent is None else f"anchor_{agent}"]
 
     def get_status_output_port(self) -> OutputPort:
         return self._output["status"]

@@ -21,12 +21,13 @@ from drake_ltl.dynamics import (
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.autodiff_agent import agent_for
 from drake_ltl.multibody.object_model import ObjectModel
+from drake_ltl.systems.posture_springs import PostureSprings
 
 
 @TemplateSystem.define("TransportController_", T_list=[float, AutoDiffXd])
 def TransportController_(T):
     class Impl(LeafSystem_[T]):
-        """tau_i = J_i^T J_O^{-T} c_i (g_O - grad_x psi - K_O v_O) + g_q,i for every agent i of the team.
+        """tau_i = J_i^T J_O^{-T} c_i (g_O - grad_x psi - K_O v_O) + g_q,i (+ tau_0,i) for every agent i of the team.
 
         .. pydrake_system::
 
@@ -36,12 +37,15 @@ def TransportController_(T):
             - gradient
             - shares
             - state_<agent>
+            - anchor_<agent>
             output_ports:
             - torque_<agent>
 
         `state_<object>` is Drake's state (13,) of a free body: quaternion, position, angular and linear velocity in W.
         `gradient` is k dPhi/dx (6,) (rotational; translational); `shares` c_tau (N,), of sum 1, zero for agents
-        outside the team, whose torque output is then gravity alone. It may be converted to AutoDiffXd.
+        outside the team, whose torque output is then gravity alone. Redundant agents have a port `anchor_<agent>`: the
+        configuration (n,) in which they began to carry, where the spring of `dynamics.null_space` rests that adds tau_0
+        to the torque of those in the team. It may be converted to AutoDiffXd.
         """
 
         def _construct(
@@ -62,7 +66,7 @@ def TransportController_(T):
                 raise ValueError(f"damping must be 6 positive numbers, not {damping!r}")
             self._object_model, self._agents = obj, dict(agents)
             self._damping, self._speed_limit = damping, speed_limit
-            self._gravity = body_gravity(obj.mass)
+            self._gravity, self._springs = body_gravity(obj.mass), PostureSprings(self._agents)
             self._object = self.DeclareVectorInputPort(f"state_{name}", 13)
             self._gradient = self.DeclareVectorInputPort("gradient", 6)
             self._shares = self.DeclareVectorInputPort("shares", len(self._agents))
@@ -76,14 +80,18 @@ def TransportController_(T):
                 ValueProducer(allocate=Value[object], calc=self._calc_wrench),
                 prerequisites_of_calc={self._object.ticket(), self._gradient.ticket()},
             )
-            self._state, self._torque = {}, {}
+            self._state, self._torque, self._anchor = {}, {}, {}
             for index, (agent, model) in enumerate(self._agents.items()):
                 self._state[agent] = self.DeclareVectorInputPort(f"state_{agent}", 2 * model.n)
+                prerequisites = {self._wrench.ticket(), self._checked_shares.ticket(), self._state[agent].ticket()}
+                if model.is_redundant:
+                    self._anchor[agent] = self.DeclareVectorInputPort(f"anchor_{agent}", model.n)
+                    prerequisites.add(self._anchor[agent].ticket())
                 self._torque[agent] = self.DeclareVectorOutputPort(
                     f"torque_{agent}",
                     model.n,
                     self._calc_torque(index, agent, agent_for(T, model), model.n),
-                    {self._wrench.ticket(), self._checked_shares.ticket(), self._state[agent].ticket()},
+                    prerequisites,
                 )
 
         def _construct_copy(self, other, converter=None):
@@ -103,6 +111,10 @@ def TransportController_(T):
         def get_agent_state_input_port(self, agent: str) -> InputPort:
             return self._state[agent]
 
+        def get_anchor_input_port(self, agent: str) -> InputPort:
+            """Of a redundant agent."""
+            return self._anchor[agent]
+
         def get_torque_output_port(self, agent: str) -> OutputPort:
             return self._torque[agent]
 
@@ -118,22 +130,25 @@ def TransportController_(T):
 
         def _calc_torque(self, index: int, agent: str, model, n: int):
             def calc(context: Context, output: BasicVector) -> None:
-                q = self._state[agent].Eval(context)[:n]
+                x = self._state[agent].Eval(context)
+                q = x[:n]
                 p_WO = self._object.Eval(context)[4:7]
                 p_OoEo_W = model.grasp_pose(q).translation() - p_WO
-                output.SetFromVector(
-                    transport_torque(
-                        self._checked_shares.Eval(context)[index],
-                        self._wrench.Eval(context),
-                        p_OoEo_W,
-                        model.grasp_jacobian(q),
-                        model.gravity(q),
-                    )
-                )
+                share, J = self._checked_shares.Eval(context)[index], model.grasp_jacobian(q)
+                tau = transport_torque(share, self._wrench.Eval(context), p_OoEo_W, J, model.gravity(q))
+                if agent in self._anchor and share > 0.0:
+                    reference = _values(self._anchor[agent].Eval(context))
+                    tau = tau + self._springs.of(agent, reference).torque(q, x[n:], J)
+                output.SetFromVector(tau)
 
             return calc
 
     return Impl
+
+
+def _values(array: np.ndarray) -> np.ndarray:
+    """As floats."""
+    return array if array.dtype == float else np.array([x.value() for x in array])
 
 
 TransportController = TransportController_[None]

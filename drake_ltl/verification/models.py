@@ -13,6 +13,7 @@ from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.poses import matrices
+from drake_ltl.verification.postures import springs
 from drake_ltl.verification.potential import Interval, Motion, lyapunov
 
 REACH_PERIOD = 0.05
@@ -92,7 +93,8 @@ def _lyapunov(
         for name, model in agents.items()
     }
     energy |= {name: _energy(model, recording, name) for name, model in objects.items()}
-    motion = Motion(recording, scenario, centre, energy, {name: model.gamma_weights for name, model in agents.items()})
+    weights = {name: model.gamma_weights for name, model in agents.items()}
+    motion = Motion(recording, scenario, centre, energy, weights, springs(agents, recording.q))
     for record in recording.intervals:
         goals = {name: agents[name].centre(np.array(q)) for name, q in record.travels.items()}
         ends = {name: tuple(agents[name].centre(np.array(q)) for q in reach) for name, reach in record.reaches.items()}

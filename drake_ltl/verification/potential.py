@@ -1,4 +1,5 @@
-"""V = k psi(w) + kinetic energy, formed from the recorded motion: another hand than the one that steers.
+"""V = k psi(w) + kinetic energy + h of redundant carriers, formed from the recorded motion: another hand than the one
+that steers.
 
 w = gamma / (G / G_goal)^(1/kappa), where gamma adds the squared errors of all movers and G is the product of the
 paper's functions beta, one for every pair of spheres that must stay apart (or of its relation verification functions);
@@ -9,7 +10,7 @@ stood when the interval began.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -54,6 +55,8 @@ class Motion:
     """member -> kinetic energy (T,) [J]."""
     gamma_weights: Mapping[str, np.ndarray]
     """agent -> weight of each joint in gamma (n_i,)."""
+    posture_energy: Mapping[str, Callable[[int, np.ndarray], np.ndarray]] = field(default_factory=dict)
+    """redundant agent -> its h (n,) [J] at samples (n,), with the posture of one sample for its reference."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,8 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
         here, at_goal = map(log_G, betas)
         w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
     psi = _psi(settings, kappa, w)
-    return np.where(touching, TOUCHING, settings.force * psi + _energy(motion, record, rows))
+    energy = _energy(motion, record, rows) + _posture_energy(motion, record, rows)
+    return np.where(touching, TOUCHING, settings.force * psi + energy)
 
 
 def _psi(settings: ControllerSettings, kappa: float, w: np.ndarray) -> np.ndarray:
@@ -150,9 +154,19 @@ def _gamma(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarr
 
 
 def _energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
-    teams = {action["object"]: action["agents"] for action in _actions(motion, record) if action["kind"] == "transport"}
-    moving = [*record.travels, *record.transports, *(agent for name in record.transports for agent in teams[name])]
+    moving = [*record.travels, *record.transports, *_carriers(motion, record)]
     return sum((motion.energy[name][rows] for name in moving), np.zeros(len(rows)))
+
+
+def _posture_energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
+    """h of the redundant agents that carry; their springs rest where the interval began."""
+    springs = [motion.posture_energy[name] for name in _carriers(motion, record) if name in motion.posture_energy]
+    return sum((energy(int(rows[0]), rows) for energy in springs), np.zeros(len(rows)))
+
+
+def _carriers(motion: Motion, record: IntervalRecord) -> list[str]:
+    teams = {action["object"]: action["agents"] for action in _actions(motion, record) if action["kind"] == "transport"}
+    return [agent for name in record.transports for agent in teams[name]]
 
 
 def _actions(motion: Motion, record: IntervalRecord) -> tuple[dict, ...]:

@@ -50,7 +50,7 @@ def test_ports_are_named(supervisor, models):
     inputs = {supervisor.get_input_port(i).get_name() for i in range(supervisor.num_input_ports())}
     assert inputs == {f"state_{name}" for name in (*agents, *objects)}
     outputs = {supervisor.get_output_port(i).get_name() for i in range(supervisor.num_output_ports())}
-    of_agents = {f"{kind}_{name}" for kind in ("mode", "hold", "reach") for name in agents}
+    of_agents = {f"{kind}_{name}" for kind in ("mode", "hold", "reach", "anchor") for name in agents}
     assert outputs == {*of_agents, *(f"shares_{name}" for name in objects), "step", "anchor", "status"}
     for port, name in (
         (supervisor.get_mode_output_port("a2"), "mode_a2"),

@@ -1,0 +1,132 @@
+"""What a redundant arm (n > 6 joints) does besides its task: tau_0 of the paper, and why V falls with it.
+
+The paper writes tau = J^T u + (I - J^T Jbar^T) tau_0 and leaves tau_0 open, to keep away from singularities and joint
+limits. Here tau_0 is the force of a spring with some friction, `PostureSpring`,
+
+    tau_0 = -grad h(q) - D qd,
+
+with h >= 0 that vanishes, slope included, at the posture in which the arm grasped, grows beyond all bounds towards the
+limits of joints and towards singularities, and does not depend on x and y of the base. It acts unprojected, because
+then the Lyapunov function of the paper, extended by h, needs no further argument. With V = k psi + kinetic energy of
+object and team (null-space motion included) + sum of h_i, welds doing no work, (10b) yields
+
+    dV/dt = -v_O^T K_O v_O - sum_i qd_i^T D_i qd_i <= 0.
+
+Projected, tau_0 would do the work qd_N^T tau_0 on the null-space motion qd_N, of any sign, and a heavy base would have
+to be brought up to the speed of its gripper by that work alone, all of it a rise of V. Unprojected, the load drags the
+base along by the spring. Nothing of the proof is lost: h = 0 where an interval begins, so that k psi stays below what
+it was, and nothing collides; and where all is at rest, the rows of x and y of (1a) say c_i grad psi = -f_i there, which
+adds up to grad psi = 0 in the plane: h takes nothing from where a load goes. At the goal all h_i vanish, for the whole
+team has then only been shifted. `null_space_projector` is the paper's projection, for those who want it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_ltl.multibody.manipulability import log_manipulability_slope
+
+EDGE = 0.999
+"""Share of a joint's range beyond which its barrier goes on as a parabola: a number for every finite q."""
+SHORTFALL = 0.5
+"""Manipulability below this share of the reference's is pushed up again."""
+SINGULARITY_WEIGHT = 2.0
+"""[J] for each squared e-fold of manipulability below that."""
+
+
+def null_space_projector(J: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """I - J^T Jbar^T (n, n), Jbar = B^-1 J^T (J B^-1 J^T)^-1: torques behind it do not accelerate the end-effector."""
+    by_inertia = np.linalg.solve(B, J.T)
+    return np.eye(len(B)) - J.T @ np.linalg.solve(J @ by_inertia, by_inertia.T)
+
+
+@dataclass(frozen=True)
+class PostureSpring:
+    """h(q) and tau_0 = -grad h - D qd for one reference posture.
+
+    Each joint with limits has the barrier -log(1 - x^2), x in (-1, 1) over its range, less its tangent at the
+    reference (a Bregman divergence: convex, zero with its slope there), scaled to `stiffness` at the reference;
+    joints without limits have a parabola. Manipulability counts as soon as it falls below SHORTFALL of the reference's.
+    """
+
+    reference: np.ndarray
+    """q_ref (n,) [m, rad]."""
+    stiffness: np.ndarray
+    """(n,) [N/m, N m/rad]; zero for x and y."""
+    damping: np.ndarray
+    """Diagonal of D (n,) [N s/m, N m s/rad]; zero for x and y."""
+    lower: np.ndarray
+    """(n,), -inf without a limit."""
+    upper: np.ndarray
+    """(n,)"""
+    manipulability: float
+    """w at the reference."""
+
+    def energy(self, q: np.ndarray, J: np.ndarray) -> float:
+        """h(q) [J], for J = J(q) (6, n)."""
+        error, free = q - self.reference, ~self._limited
+        spring = 0.5 * np.sum((self.stiffness * error**2)[free])
+        x, x0, scale = self._normalised(q)
+        value, _ = _barrier(x)
+        value0, slope0 = _barrier(x0)
+        barrier = np.sum(scale * (value - value0 - slope0 * (x - x0)))
+        return float(spring + barrier + 0.5 * SINGULARITY_WEIGHT * self._shortfall(J) ** 2)
+
+    def torque(self, q: np.ndarray, qd: np.ndarray, J: np.ndarray) -> np.ndarray:
+        """tau_0 (n,) [N, N m]; of AutoDiffXd as well."""
+        slope = self.stiffness * (q - self.reference)
+        x, x0, scale = self._normalised(q)
+        half = 0.5 * (self.upper[self._limited] - self.lower[self._limited])
+        slope[self._limited] = scale / half * (_barrier(x)[1] - _barrier(x0)[1])
+        shortfall = self._shortfall(J)
+        if shortfall > 0.0:
+            slope = slope - SINGULARITY_WEIGHT * shortfall * log_manipulability_slope(J)
+        return -slope - self.damping * qd
+
+    @property
+    def _limited(self) -> np.ndarray:
+        return np.isfinite(self.upper - self.lower) & (self.stiffness > 0.0)
+
+    def _normalised(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """x of q and of the reference, and the factor of the barrier [J], for joints with limits."""
+        on = self._limited
+        lower, upper = self.lower[on], self.upper[on]
+        middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+        x0 = np.clip((self.reference[on] - middle) / half, -EDGE, EDGE)
+        return (q[on] - middle) / half, x0, self.stiffness[on] * half**2 / _curvature(x0)
+
+    def _shortfall(self, J: np.ndarray):
+        """log of SHORTFALL w_ref / w, 0 where w is large enough."""
+        log_w = 0.5 * _log_det(J @ J.T)
+        short = np.log(SHORTFALL * self.manipulability) - log_w
+        return short if short > 0.0 else 0.0 * short
+
+
+def _barrier(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """-log(1 - x^2) and its slope; a parabola of the same value, slope and curvature beyond +-EDGE."""
+    edge = np.where(x > 0.0, EDGE, -EDGE)
+    inside = np.where(np.abs(x) < EDGE, x, edge)
+    beyond = x - inside
+    value, slope, curvature = -np.log(1.0 - inside**2), 2.0 * inside / (1.0 - inside**2), _curvature(inside)
+    return value + slope * beyond + 0.5 * curvature * beyond**2, slope + curvature * beyond
+
+
+def _curvature(x: np.ndarray) -> np.ndarray:
+    return 2.0 * (1.0 + x**2) / (1.0 - x**2) ** 2
+
+
+def _log_det(A: np.ndarray):
+    """Of a positive definite matrix; by elimination, which AutoDiffXd can do too. Very negative where A is singular."""
+    if A.dtype == float:
+        return max(np.linalg.slogdet(A)[1], LEAST_LOG_DET)
+    total = 0.0
+    while len(A):
+        total = total + np.log(A[0, 0])
+        A = A[1:, 1:] - np.outer(A[1:, 0], A[0, 1:]) / A[0, 0]
+    return total
+
+
+LEAST_LOG_DET = -100.0
+"""In place of -infinity."""
