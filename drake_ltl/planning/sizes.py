@@ -23,7 +23,7 @@ class AutomatonSizes:
     """Of the global formula's automata."""
 
     buchi: tuple[int, int] | None
-    """States and edges of the paper's BA: complete, acceptance on states; None if it takes long to make."""
+    """States and edges of BA as `automaton.buchi_size` counts them; None if it takes long to make."""
     searched: tuple[int, int]
     """States and edges of the one that the planner searches."""
     deterministic: bool
