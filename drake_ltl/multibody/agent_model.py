@@ -18,6 +18,8 @@ ARM_WEIGHT = 0.1
 """Of a joint's error in gamma [m^2/rad^2]: the arm's inertia is small, a stiffer goal would need shorter time steps."""
 WEIGHT_PER_INERTIA = 4.0
 """... and at most so much for each kg m^2 that the joint moves, for wrists that are lighter still [1/kg]."""
+REFERENCE_INERTIA = 0.15
+"""Of a joint that is damped as told [kg m^2]."""
 FASTEST_DECAY = 120.0
 """Damping of a joint per inertia [1/s]: K dt / b stays near one half at time steps of 5 ms; beyond, it chatters."""
 POSTURE_FREQUENCY = 40.0
@@ -104,8 +106,13 @@ class AgentModel:
         return np.array([limits[int(np.argmax(row))] for row in B])
 
     def damping(self, base: float, arm: float) -> np.ndarray:
-        """Diagonal (n,) of K_z [N s/m, N m s/rad]: as told, less for joints that are too light for so much."""
-        K = np.minimum(arm, FASTEST_DECAY * self.least_inertia)
+        """Diagonal (n,) of K_z [N s/m, N m s/rad].
+
+        `arm` is that of a joint with an inertia of REFERENCE_INERTIA and grows with the root of the inertia, so that
+        all joints of an arm swing equally little; less for joints that are too light for so much.
+        """
+        inertia = np.diag(self.inertia(np.zeros(self.n)))
+        K = np.minimum(arm * np.sqrt(inertia / REFERENCE_INERTIA), FASTEST_DECAY * self.least_inertia)
         K[:NUM_BASE_JOINTS] = base
         return K
 

@@ -80,8 +80,8 @@ class ControllerSettings:
     """psi: pseudo_huber, logarithmic or paper; from Python also a `drake_ltl.navigation.Shaping` of one's own."""
     base_damping: float = 18.0
     """K_z of the base's joints [N s/m]."""
-    arm_damping: float = 3.0
-    """K_z of the arm's joints [N m s/rad]; less for joints that move too little inertia for so much."""
+    arm_damping: float = 1.8
+    """K_z of an arm's joint with an inertia of 0.15 kg m^2 [N m s/rad]; it grows with the root of the inertia."""
     team_damping: float = 24.0
     """Damping of the carried object's velocity [N s/m]."""
     team_rotation_damping: float = 4.0
