@@ -19,6 +19,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         description="Judges a recording by itself: temporal logic, regions, clearances, grasps, V, rest. "
         "Exit status: 0 satisfied, 1 violated, 2 bad input. Models that the scenario names by relative paths are "
         "looked for from the working folder.",
+        epilog="example: drake-ltl verify out/recording.npz",
     )
     parser.add_argument("recording", type=file_path, metavar="RECORDING", help="a file (.npz) written by `simulate`")
     parser.add_argument("--json", type=file_path, metavar="OUT", help="write the verdict, as `simulate` does")

@@ -193,3 +193,17 @@ def test_interruption(drake_ltl, shuttle_file, monkeypatch):
     result = drake_ltl("plan", shuttle_file)
     assert result.status == 130
     assert result.err == "interrupted\n"
+
+
+def test_all_outputs(drake_ltl, examples, tmp_path):
+    result = drake_ltl("plan", examples / "case_ii.yaml", "--outputs", tmp_path / "deep" / "folder")
+    assert (result.status, result.err) == (0, "")
+    names = {path.name for path in (tmp_path / "deep" / "folder").iterdir()}
+    assert names == {"plan.json", "plan.txt", "plan.dot", "projections.json", "automaton.hoa"}
+
+
+def test_outputs_that_cannot_be_written_are_refused_before_planning(drake_ltl, examples, tmp_path):
+    (tmp_path / "file").touch()
+    result = drake_ltl("plan", examples / "case_ii.yaml", "--outputs", tmp_path / "file")
+    assert (result.status, result.out) == (2, "")
+    assert len(result.err.splitlines()) == 1

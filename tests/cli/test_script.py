@@ -49,11 +49,15 @@ def test_version():
 
 
 def test_help(drake_ltl):
+    """Every command has one, with an example."""
     helped = drake_ltl("--help")
     assert helped.status == 0
-    for command in ("plan", "simulate", "verify"):
+    for command in ("new", "check", "draw", "explain", "plan", "simulate", "verify", "view", "completion"):
         assert command in helped.out
-        assert drake_ltl(command, "--help").status == 0
+        own = drake_ltl(command, "--help")
+        assert own.status == 0
+        assert f"drake-ltl {command} " in own.out.partition("example: ")[2]
+        assert "--no-color" in own.out
 
 
 def test_a_pipe_that_closes_does_not_end_the_work(shuttle_file, tmp_path):
@@ -70,6 +74,42 @@ def test_output_in_a_pipe_is_plain(examples):
     result = run("plan", examples / "case_ii.yaml")
     assert "\x1b" not in result.stdout
     assert max(len(line) for line in result.stdout.splitlines()) <= 120
+
+
+def on_a_terminal(*arguments: object, **environment: str) -> str:
+    """What the command writes to a terminal."""
+    import os
+    import pty
+
+    assert SCRIPT is not None
+    reading, writing = pty.openpty()
+    with os.fdopen(reading, "rb", buffering=0) as terminal:
+        command = [SCRIPT, *map(str, arguments)]
+        plain = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
+        settings = {**plain, "TERM": "xterm-256color", "COLUMNS": "80", **environment}
+        with subprocess.Popen(command, stdin=writing, stdout=writing, stderr=subprocess.DEVNULL, env=settings):
+            os.close(writing)
+            text = b""
+            try:
+                while more := terminal.read(4096):
+                    text += more
+            except OSError:  # how Linux says that nobody writes any more
+                pass
+    return text.decode()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "environment", "coloured"),
+    [((), {}, True), (("--no-color",), {}, False), ((), {"NO_COLOR": "1"}, False)],
+)
+def test_colours_on_a_terminal_unless_they_are_not_wanted(shuttle_file, arguments, environment, coloured):
+    text = on_a_terminal("plan", shuttle_file, *arguments, **environment)
+    assert "near → far" in text.replace("\N{NO-BREAK SPACE}", " ")
+    assert ("\x1b[" in text) == coloured
+
+
+def test_no_color_may_stand_before_the_command(shuttle_file):
+    assert "\x1b[" not in on_a_terminal("--no-color", "plan", shuttle_file)
 
 
 def test_planning_with_all_radii_given_needs_no_drake(examples):

@@ -64,6 +64,8 @@ def make_recording(scenario, models, mission, path: Path) -> tuple[Recording, Pa
         mode=mode,
         grasp=np.full((len(time), n), -1),
         lyapunov=np.zeros(len(time)),
+        effort=np.zeros((len(time), n)),
+        manipulability=np.ones((len(time), n)),
     )
     recording.save(path)
     return recording, path
