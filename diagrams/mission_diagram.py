@@ -10,7 +10,7 @@ from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, PortSwitch, VectorLogSink
 
 from drake_ltl.multibody.measure import MeasuredModels
@@ -36,7 +36,8 @@ class MissionDiagram:
     supervisor: PlanSupervisor
     field: NavigationField
     logs: Mapping[str, VectorLogSink]
-    """`state`, `lyapunov`, and the supervisor's `status`, `step` and `reach_<agent>`, at every step of the plant."""
+    """`state`, `lyapunov`, `torque_<agent>` as commanded, and the supervisor's `status`, `step` and `reach_<agent>`, at
+    every step of the plant."""
     program: MissionProgram
     scenario: Scenario
     models: MeasuredModels
@@ -81,8 +82,10 @@ def MakeMissionDiagram(
         name: _add_transport(builder, name, scenario, models, transport_plant, supervisor, field)
         for name in transport_plant.objects
     }
-    for agent in transport_plant.agents:
-        _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports)
+    torques = {
+        agent: _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports)
+        for agent in transport_plant.agents
+    }
     if meshcat is not None:
         AddMissionVisualizer(
             builder,
@@ -100,6 +103,7 @@ def MakeMissionDiagram(
     }
     for agent in transport_plant.agents:
         logs[f"reach_{agent}"] = LogVectorOutput(supervisor.get_reach_output_port(agent), builder)
+        logs[f"torque_{agent}"] = LogVectorOutput(torques[agent], builder)
     for name, log in logs.items():
         log.set_name(f"log_{name}")
     diagram = builder.Build()
@@ -152,8 +156,11 @@ def _add_agent(
     supervisor: PlanSupervisor,
     field: NavigationField,
     transports: Mapping[str, TransportController],
-) -> None:
-    """The agent's own controllers and the switch that selects among them, in the order of signals.Mode."""
+) -> OutputPort:
+    """The agent's own controllers and the switch that selects among them, in the order of signals.Mode.
+
+    Returns the switch's output: the torque (n,) of every joint, before the plant cuts it off at the effort limits.
+    """
     model, settings = models.agents[agent], scenario.controller
     state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
     damping = model.damping(settings.base_damping, settings.arm_damping)
@@ -183,6 +190,7 @@ def _add_agent(
         actuation.get_output_port(),
         transport_plant.plant.get_actuation_input_port(transport_plant.agents[agent]),
     )
+    return switch.get_output_port()
 
 
 def _place(mission_diagram: MissionDiagram, plant_context: Context, layout: Layout) -> None:

@@ -52,6 +52,8 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         mode=status[:, 2 : 2 + len(agents)].astype(int),
         grasp=_grasped(mission, tuple(pose), weld_index),
         lyapunov=logged["lyapunov"][:, 0],
+        effort=np.column_stack([_effort(mission, name, logged[f"torque_{name}"]) for name in agents]),
+        manipulability=np.column_stack([_manipulability(mission, name, q[name]) for name in agents]),
     )
 
 
@@ -87,6 +89,16 @@ def _by_member(mission: MissionDiagram, state: np.ndarray):
 def _centres(mission: MissionDiagram, agent: str, q: np.ndarray) -> np.ndarray:
     model = mission.models.agents[agent]
     return np.array([model.centre(row) for row in q]).reshape(-1, 3)
+
+
+def _effort(mission: MissionDiagram, agent: str, torque: np.ndarray) -> np.ndarray:
+    """(T,) of torques (T, n)."""
+    return np.abs(torque / mission.models.agents[agent].effort_limits).max(axis=1)
+
+
+def _manipulability(mission: MissionDiagram, agent: str, q: np.ndarray) -> np.ndarray:
+    """(T,) at configurations (T, n)."""
+    return np.array([mission.models.agents[agent].manipulability(row) for row in q])
 
 
 def _grasped(mission: MissionDiagram, objects: tuple[str, ...], weld_index: np.ndarray) -> np.ndarray:

@@ -99,6 +99,11 @@ class Recording:
     """(T, N) index of the object each agent is welded to, or NOTHING."""
     lyapunov: np.ndarray
     """(T,) V [J] as the controllers evaluated it; 0 while nothing moves under the navigation function."""
+    effort: np.ndarray
+    """(T, N) the largest torque that each agent's controllers ask of a joint, relative to its effort limit; the plant
+    gives no more than 1."""
+    manipulability: np.ndarray
+    """(T, N) w = sqrt(det J J^T) of each agent, of fewer than 6 joints sqrt(det J^T J); 0 at singularities."""
 
     @property
     def object_origin(self) -> dict[str, np.ndarray]:
@@ -196,7 +201,7 @@ _HEADER_FIELDS = (
     "completed",
     "reason",
 )
-_ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "lyapunov")
+_ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "lyapunov", "effort", "manipulability")
 _RECORD_FIELDS = ("steps", "intervals")
 _GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
 

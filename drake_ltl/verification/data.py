@@ -50,7 +50,7 @@ def finite_part(recording: Recording) -> Recording:
     return dataclasses.replace(recording, steps=steps, **arrays, **groups)
 
 
-_SINGLE = ("time", "step", "phase", "mode", "grasp", "lyapunov")
+_SINGLE = ("time", "step", "phase", "mode", "grasp", "lyapunov", "effort", "manipulability")
 _GROUPS = ("q", "qd", "centre", "pose", "velocity")
 
 

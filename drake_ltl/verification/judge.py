@@ -85,6 +85,8 @@ def verify(recording: Recording, scenario: Scenario | None = None, mechanics: Me
         max_tilt=largest_tilt(recording),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
         detours=detoured_steps(recording),
+        max_effort=dict(zip(recording.agents, recording.effort.max(axis=0).tolist(), strict=True)),
+        min_manipulability=dict(zip(recording.agents, recording.manipulability.min(axis=0).tolist(), strict=True)),
     )
 
 

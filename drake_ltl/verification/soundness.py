@@ -62,7 +62,7 @@ def _shapes(recording: Recording) -> Iterator[Mistake]:
     shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {
         field: (getattr(recording, field), (samples,)) for field in ("time", "step", "phase", "lyapunov")
     }
-    for field in ("mode", "grasp"):
+    for field in ("mode", "grasp", "effort", "manipulability"):
         shapes[field] = (getattr(recording, field), (samples, num_agents))
     for name in recording.agents:
         shapes[f"centre.{name}"] = (recording.centre[name], (samples, 3))

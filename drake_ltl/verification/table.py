@@ -76,6 +76,12 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         yield "gap of a weld", quantity(verdict.max_weld_error, "m"), f"<= {quantity(gap, 'm')}"
         yield "turn of a weld", quantity(verdict.max_weld_angle, "rad"), f"<= {quantity(angle, 'rad')}"
         yield "tilt of an object", quantity(verdict.max_tilt, "rad"), ""
+    if verdict.max_effort:
+        agent = max(verdict.max_effort, key=verdict.max_effort.__getitem__)
+        saturated = "" if verdict.max_effort[agent] <= 1.0 else "<= 1, was cut off there"
+        yield f"torque of {agent}, of its limit", f"{verdict.max_effort[agent]:.3g}", saturated
+        agent = min(verdict.min_manipulability, key=verdict.min_manipulability.__getitem__)
+        yield f"manipulability of {agent}", f"{verdict.min_manipulability[agent]:.3g}", ""
     yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from drake_ltl.execution.recording import StepRecord
@@ -36,6 +36,11 @@ class Verdict:
     simulated_seconds: float
     detours: tuple[int, ...] = ()
     """Numbers of the steps in which movers stalled and were led around, one by one."""
+    max_effort: Mapping[str, float] = field(default_factory=dict)
+    """agent -> largest torque asked of a joint, relative to its effort limit; beyond 1 the plant cut it off, and the
+    motion was not that of the control laws."""
+    min_manipulability: Mapping[str, float] = field(default_factory=dict)
+    """agent -> least manipulability on its way; 0 is a kinematic singularity."""
 
 
 def to_json(verdict: Verdict, wall_seconds: float | None = None) -> dict[str, Any]:

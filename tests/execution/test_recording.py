@@ -62,6 +62,8 @@ def make(samples: int = 5) -> Recording:
         mode=np.zeros((samples, 2), dtype=int),
         grasp=np.full((samples, 2), -1),
         lyapunov=array(samples),
+        effort=array(samples, 2),
+        manipulability=array(samples, 2),
     )
 
 

@@ -183,6 +183,8 @@ def _draw(text: str, num_steps: int) -> Recording:
         mode=np.zeros((samples, 3), dtype=int),
         grasp=grasp,
         lyapunov=_lyapunov(plan, samples),
+        effort=np.full((samples, len(AGENTS)), 0.5),
+        manipulability=np.ones((samples, len(AGENTS))),
     )
 
 

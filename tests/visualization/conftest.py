@@ -94,4 +94,6 @@ def recording() -> Recording:
         mode=mode,
         grasp=grasp,
         lyapunov=moving * np.concatenate([np.exp(-5 * s[:, 0]), still[:, 0]] * 2),
+        effort=np.full((4 * SAMPLES, 2), 0.5),
+        manipulability=np.ones((4 * SAMPLES, 2)),
     )

@@ -42,7 +42,8 @@ def test_a_run_that_stopped_at_once_is_drawn_as_far_as_it_went(recording, scenar
         field: {name: cut(array) for name, array in getattr(recording, field).items()}
         for field in ("q", "qd", "centre", "pose", "velocity")
     }
-    arrays = {field: cut(getattr(recording, field)) for field in ("time", "step", "phase", "mode", "grasp", "lyapunov")}
+    names = ("time", "step", "phase", "mode", "grasp", "lyapunov", "effort", "manipulability")
+    arrays = {field: cut(getattr(recording, field)) for field in names}
     step = dataclasses.replace(recording.steps[0], duration=0.0, finished=False)
     one_sample = dataclasses.replace(recording, steps=(step,), completed=False, **groups, **arrays)
     assert len(write_report_figures(one_sample, scenario, tmp_path)) == 4
