@@ -52,6 +52,16 @@ def automaton(formula: str, *kind: str, options: str = OPTIONS) -> Any:
     return require_spot().automaton(apart(_in_hoa, formula, kind, options))
 
 
+def is_contradiction(formula: str) -> bool:
+    """Whether no word satisfies a formula. The automaton itself stays where it is made: one over many propositions
+    can be far larger when it is written down than as decision diagrams."""
+    return ask(_is_contradiction, formula)
+
+
+def _is_contradiction(formula: str) -> bool:
+    return bool(_translated(formula, ("small",), OPTIONS).is_empty())
+
+
 def _translated(formula: str, kind: tuple[str, ...], options: str) -> Any:
     return require_spot().formula(formula).translate(*kind, xargs=options)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 
-from drake_ltl.planning.automaton import translate
 from drake_ltl.planning.demands import Demand, speaks_of, with_demands
 from drake_ltl.planning.relaxation import Problem, Reason, Start
 from drake_ltl.scenario.formulas import global_formula, labels
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.spot_questions import is_contradiction
 
 
 def able_teams(problem: Problem, obj: str) -> tuple[tuple[str, ...], ...]:
@@ -30,7 +30,7 @@ def may_enter(problem: Problem, agent: str, region: str, reasons: Iterable[Reaso
     if Start(agent) in reasons:
         start = problem.start.agents[scenario.agent_names.index(agent)]
         world += f" & {letter_formula(scenario, agent, start)}"
-    return not translate(f"({global_formula(with_demands(scenario, about))}) & {world}").is_empty()
+    return not is_contradiction(f"({global_formula(with_demands(scenario, about))}) & {world}")
 
 
 def letter_formula(scenario: Scenario, member: str, region: str) -> str:

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from drake_ltl.planning.abilities import letter_formula, may_enter, somewhere
-from drake_ltl.planning.automaton import translate
 from drake_ltl.planning.demands import Demand, speaks_of
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.relaxation import Power, Problem, Reason, Start
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.spot_questions import is_contradiction
 
 MOST_AGENTS = 16
 """Teams are tried one by one up to this number of agents, large ones first."""
@@ -34,7 +34,7 @@ class Refutation:
         demands = [reason for reason in kept if isinstance(reason, Demand)]
         concerned = frozenset().union(*(speaks_of(problem.scenario, demand) for demand in demands))
         world = " & ".join(self._world(problem, kept, concerned)) or "1"
-        return bool(translate(f"({global_formula(problem.scenario)}) & {world}").is_empty())
+        return is_contradiction(f"({global_formula(problem.scenario)}) & {world}")
 
     def _world(self, problem: Problem, kept: frozenset[Reason], concerned: frozenset[str]) -> Iterator[str]:
         scenario = problem.scenario
