@@ -30,6 +30,8 @@ from drake_ltl.multibody.manipulability import log_manipulability_slope
 
 EDGE = 0.999
 """Share of a joint's range beyond which its barrier goes on as a parabola: a number for every finite q."""
+BARRIER = 0.5
+"""Share of a joint's stiffness that is its barrier's, where it rests; the other half is a plain spring's."""
 SHORTFALL = 0.5
 """Manipulability below this share of the reference's is pushed up again."""
 SINGULARITY_WEIGHT = 2.0
@@ -46,9 +48,10 @@ def null_space_projector(J: np.ndarray, B: np.ndarray) -> np.ndarray:
 class PostureSpring:
     """h(q) and tau_0 = -grad h - D qd for one reference posture.
 
-    Each joint with limits has the barrier -log(1 - x^2), x in (-1, 1) over its range, less its tangent at the
-    reference (a Bregman divergence: convex, zero with its slope there), scaled to `stiffness` at the reference;
-    joints without limits have a parabola. Manipulability counts as soon as it falls below SHORTFALL of the reference's.
+    Each joint has a plain spring of its `stiffness`. Where it has limits, half of that is taken by the barrier
+    -log(1 - x^2), x in (-1, 1) over its range, less its tangent at the reference (a Bregman divergence: convex, zero
+    with its slope there), scaled so that the stiffness at the reference stays the same.
+    Manipulability counts as soon as it falls below SHORTFALL of the reference's.
     """
 
     reference: np.ndarray
@@ -66,8 +69,7 @@ class PostureSpring:
 
     def energy(self, q: np.ndarray, J: np.ndarray) -> float:
         """h(q) [J], for J = J(q) (6, n)."""
-        error, free = q - self.reference, ~self._limited
-        spring = 0.5 * np.sum((self.stiffness * error**2)[free])
+        spring = 0.5 * np.sum(self._plain * (q - self.reference) ** 2)
         x, x0, scale = self._normalised(q)
         value, _ = _barrier(x)
         value0, slope0 = _barrier(x0)
@@ -76,10 +78,10 @@ class PostureSpring:
 
     def torque(self, q: np.ndarray, qd: np.ndarray, J: np.ndarray) -> np.ndarray:
         """tau_0 (n,) [N, N m]; of AutoDiffXd as well."""
-        slope = self.stiffness * (q - self.reference)
+        slope = self._plain * (q - self.reference)
         x, x0, scale = self._normalised(q)
         half = 0.5 * (self.upper[self._limited] - self.lower[self._limited])
-        slope[self._limited] = scale / half * (_barrier(x)[1] - _barrier(x0)[1])
+        slope[self._limited] += scale / half * (_barrier(x)[1] - _barrier(x0)[1])
         shortfall = self._shortfall(J)
         if shortfall > 0.0:
             slope = slope - SINGULARITY_WEIGHT * shortfall * log_manipulability_slope(J)
@@ -89,13 +91,18 @@ class PostureSpring:
     def _limited(self) -> np.ndarray:
         return np.isfinite(self.upper - self.lower) & (self.stiffness > 0.0)
 
+    @property
+    def _plain(self) -> np.ndarray:
+        """Stiffness (n,) of the plain springs."""
+        return self.stiffness * np.where(self._limited, 1.0 - BARRIER, 1.0)
+
     def _normalised(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """x of q and of the reference, and the factor of the barrier [J], for joints with limits."""
         on = self._limited
         lower, upper = self.lower[on], self.upper[on]
         middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
         x0 = np.clip((self.reference[on] - middle) / half, -EDGE, EDGE)
-        return (q[on] - middle) / half, x0, self.stiffness[on] * half**2 / _curvature(x0)
+        return (q[on] - middle) / half, x0, BARRIER * self.stiffness[on] * half**2 / _curvature(x0)
 
     def _shortfall(self, J: np.ndarray):
         """log of SHORTFALL w_ref / w, 0 where w is large enough."""

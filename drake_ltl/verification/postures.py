@@ -13,6 +13,8 @@ from drake_ltl.multibody.agent_model import AgentModel
 
 EDGE = 0.999
 """Share of a joint's range beyond which its barrier goes on as a parabola."""
+BARRIER = 0.5
+"""Share of a joint's stiffness that its barrier takes, if it has limits."""
 SHORTFALL, SINGULARITY_WEIGHT = 0.5, 2.0
 """Share of manipulability below which it counts, and how much for each squared e-fold [J]."""
 
@@ -25,9 +27,10 @@ def posture_energy(model: AgentModel, q: np.ndarray, begin: int, rows: np.ndarra
         here, there = q[rows, joint], q[begin, joint]
         if np.isfinite(upper[joint] - lower[joint]):
             middle, half = (lower[joint] + upper[joint]) / 2, (upper[joint] - lower[joint]) / 2
-            h += stiffness * half**2 * _divergence((here - middle) / half, (there - middle) / half)
+            barrier = half**2 * _divergence((here - middle) / half, (there - middle) / half)
+            h += stiffness * (BARRIER * barrier + (1 - BARRIER) * (here - there) ** 2 / 2)
         else:
-            h += stiffness / 2 * (here - there) ** 2
+            h += stiffness * (here - there) ** 2 / 2
     w = np.array([model.manipulability(row) for row in q[rows]])
     with np.errstate(divide="ignore"):
         short = np.maximum(0.0, np.log(SHORTFALL * model.manipulability(q[begin]) / w))
