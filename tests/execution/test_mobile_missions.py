@@ -90,3 +90,14 @@ def test_somebody_else_s_file_carries(tmp_path):
     _, verdict, agents = carried_out("robot.urdf", PLANAR, base=tmp_path)
     assert agents["a1"].joint_names[2] == "theta"
     assert verdict.satisfied, [str(violation) for violation in verdict.violations]
+
+
+def test_torques_at_their_limits_are_reported(tmp_path):
+    """Motors of the base too weak for what the control laws ask: the plant cuts off, and the recording says so."""
+    text = (package_xml().parent / "agents" / "mobile_manipulator.urdf").read_text(encoding="utf-8")
+    assert text.count('effort="300"') == 2
+    (tmp_path / "weak.urdf").write_text(text.replace('effort="300"', 'effort="12"'), encoding="utf-8")
+    recording, verdict, agents = carried_out("weak.urdf", PLANAR, base=tmp_path)
+    np.testing.assert_array_equal(agents["a1"].effort_limits[:2], [12.0, 12.0])
+    assert verdict.max_effort["a1"] > 1.0 >= verdict.max_effort["a2"]
+    assert recording.effort[:, 0].max() == verdict.max_effort["a1"]
