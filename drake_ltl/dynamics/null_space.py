@@ -89,7 +89,8 @@ class PostureSpring:
 
     @property
     def _limited(self) -> np.ndarray:
-        return np.isfinite(self.upper - self.lower) & (self.stiffness > 0.0)
+        width = self.upper - self.lower
+        return np.isfinite(width) & (width > 0.0) & (self.stiffness > 0.0)
 
     @property
     def _plain(self) -> np.ndarray:

@@ -9,10 +9,12 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import JacobianWrtVariable, JointIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.collision_balls import body_balls, moved
 from drake_ltl.multibody.manipulability import manipulability
 from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel, require_collision_geometry
 from drake_ltl.scenario.model import Agent
+from drake_ltl.scenario.model_files import resolve
 
 ARM_WEIGHT = 0.1
 """Of a joint's error in gamma [m^2/rad^2]: the arm's inertia is small, a stiffer goal would need shorter time steps."""
@@ -41,7 +43,8 @@ class AgentModel:
     """
 
     def __init__(self, agent: Agent):
-        """Raises InvalidInputError where the model cannot be used (see AddAgentModel) or has no collision geometry."""
+        """Raises InvalidInputError where the model cannot be used (see AddAgentModel), has no collision geometry, or
+        has first joints that do not move the whole robot along the world's x and y."""
         self.agent = agent
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
@@ -58,6 +61,7 @@ class AgentModel:
         self._world = self.plant.world_frame()
         self._grasp = self.plant.GetFrameByName(GRASP_FRAME)
         self._centre = self.plant.GetFrameByName(CENTRE_FRAME)
+        self._require_holonomic_base()
 
     @property
     def n(self) -> int:
@@ -180,8 +184,30 @@ class AgentModel:
     def grasp_jacobian(self, q: np.ndarray) -> np.ndarray:
         """J_i(q) (6, n) in W, rows (rotational; translational): V_WE = J_i qd."""
         self.plant.SetPositions(self._context, q)
+        return self._spatial(self._grasp)
+
+    def _spatial(self, frame) -> np.ndarray:
         return self.plant.CalcJacobianSpatialVelocity(
-            self._context, JacobianWrtVariable.kV, self._grasp, np.zeros(3), self._world, self._world
+            self._context, JacobianWrtVariable.kV, frame, np.zeros(3), self._world, self._world
+        )
+
+    def _require_holonomic_base(self) -> None:
+        along_x_and_y = np.eye(6)[:, 3 : 3 + NUM_BASE_JOINTS]
+        q = np.concatenate(
+            [np.zeros(NUM_BASE_JOINTS), np.clip(0.0, *self.arm_limits)]
+        )  # x, y do not turn: any q will do
+        bases = (jacobian[:, :NUM_BASE_JOINTS] for jacobian in (self.grasp_jacobian(q), self._spatial(self._centre)))
+        if self.n > NUM_BASE_JOINTS and all(np.allclose(base, along_x_and_y, atol=1e-9) for base in bases):
+            return
+        raise InvalidInputError(
+            [
+                Mistake(
+                    f"agents.{self.agent.name}.model",
+                    f"{resolve(self.agent.model).name} has the joints {', '.join(self.joint_names)}, of which the first "
+                    "two do not move all of it along the world's x and y, or no arm follows",
+                    "begin with prismatic joints from `world`, of axes 1 0 0 and 0 1 0; a yaw joint and the arm follow",
+                )
+            ]
         )
 
     def _translational_jacobian(self, frame) -> np.ndarray:

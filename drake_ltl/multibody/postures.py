@@ -104,7 +104,7 @@ def _comfort_slope(model: AgentModel, q: np.ndarray) -> np.ndarray:
 def _shares_of_ranges(model: AgentModel, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which joints of the arm have limits, half their ranges, and where in (-1, 1) of them q is."""
     lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
-    limited = np.isfinite(upper - lower)
+    limited = np.isfinite(upper - lower) & (upper > lower)
     limited[:NUM_BASE_JOINTS] = False
     lower, upper = lower[limited], upper[limited]
     half = 0.5 * (upper - lower)

@@ -6,10 +6,12 @@ Formed from the joints' limits and the model's numbers, without the controllers'
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_ltl.multibody.agent_model import AgentModel
+if TYPE_CHECKING:
+    from drake_ltl.multibody.agent_model import AgentModel
 
 EDGE = 0.999
 """Share of a joint's range beyond which its barrier goes on as a parabola."""
@@ -25,7 +27,7 @@ def posture_energy(model: AgentModel, q: np.ndarray, begin: int, rows: np.ndarra
     h = np.zeros(len(rows))
     for joint, stiffness in enumerate(model.posture_stiffness):
         here, there = q[rows, joint], q[begin, joint]
-        if np.isfinite(upper[joint] - lower[joint]):
+        if 0.0 < upper[joint] - lower[joint] < np.inf:
             middle, half = (lower[joint] + upper[joint]) / 2, (upper[joint] - lower[joint]) / 2
             barrier = half**2 * _divergence((here - middle) / half, (there - middle) / half)
             h += stiffness * (BARRIER * barrier + (1 - BARRIER) * (here - there) ** 2 / 2)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pydrake.multibody.tree import MultibodyForces
 
+from drake_ltl.errors import InvalidInputError
 from drake_ltl.multibody import AgentModel
 from drake_ltl.multibody.collision_balls import farthest
 
@@ -33,6 +34,45 @@ def at(plant, q, qd=None):
     if qd is not None:
         plant.SetVelocities(context, qd)
     return context
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {'<axis xyz="1 0 0"/>': '<axis xyz="0 0 1"/>'},
+        {'<axis xyz="0 1 0"/>\n    <limit lower="-1000"': '<axis xyz="1 1 0"/>\n    <limit lower="-1000"'},
+    ],
+    ids=["a lift", "askew"],
+)
+def test_a_base_that_is_not_holonomic_is_refused(make_agent, changed_model, changes):
+    path = changed_model("agents/planar_arm.urdf", changes)
+    with pytest.raises(InvalidInputError) as caught:
+        AgentModel(make_agent(model=str(path)))
+    (mistake,) = caught.value.mistakes
+    assert mistake.where == "agents.a1.model"
+    assert "x, y, q1, q2" in mistake.what
+    assert "prismatic" in mistake.remedy
+
+
+@pytest.mark.parametrize("name", ["planar_arm", "mobile_manipulator", "mobile_manipulator_7"])
+def test_no_joint_is_damped_more_than_its_inertia_allows(make_agent, name):
+    """K dt (B^-1)_jj at a time step of 5 ms, in postures that were not asked before: above 1 it would chatter."""
+    robot = AgentModel(make_agent(model=f"package://drake_ltl_models/agents/{name}.urdf"))
+    K = robot.damping(18.0, 100.0)
+    np.testing.assert_array_equal(K[:2], [18.0, 18.0])
+    for q in np.random.default_rng(5).uniform(-0.3, 0.3, size=(50, robot.n)):
+        assert np.max(K * 0.005 * np.diag(np.linalg.inv(robot.inertia(q)))) < 0.65
+
+
+def test_who_is_redundant(make_agent):
+    robot = AgentModel(make_agent(model="package://drake_ltl_models/agents/mobile_manipulator.urdf"))
+    assert robot.is_redundant
+    assert not AgentModel(make_agent()).is_redundant
+    assert np.all(robot.gamma_weights[6:] < robot.gamma_weights[5])  # of the wrist, which is light
+
+
+def test_effort_limits_are_in_the_order_of_joints(make_agent):
+    np.testing.assert_array_equal(AgentModel(make_agent()).effort_limits, [300.0, 300.0, 200.0, 200.0])
 
 
 def test_joints(model):

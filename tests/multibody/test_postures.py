@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from drake_ltl.multibody import AgentModel
 from drake_ltl.multibody.object_model import ObjectModel
-from drake_ltl.multibody.postures import grasp_configurations, pose_error, solve_grasp
+from drake_ltl.multibody.postures import comfort, grasp_configurations, pose_error, solve_grasp
 
 angles = arrays(float, 3, elements=st.floats(-3.0, 3.0))
 
@@ -63,6 +63,30 @@ def test_level_grasps_anywhere(case_model, place, height):
 @pytest.fixture(scope="module")
 def case_model(make_agent) -> AgentModel:
     return AgentModel(make_agent(0.0))
+
+
+@pytest.mark.parametrize("name", ["mobile_manipulator", "mobile_manipulator_7"])
+@pytest.mark.parametrize("heading", [0.0, 2.0944, -2.5])
+def test_redundant_arms_grasp_at_ease(make_agent, crate, name, heading):
+    """Along the heading, far from limits and singularities, and nothing nearby is better."""
+    model = AgentModel(make_agent(heading, model=f"package://drake_ltl_models/agents/{name}.urdf"))
+    found = grasp_configurations(model, crate.X_OG, crate.height)
+    assert [grasp.name for grasp in found] == ["plus", "minus"]
+    lower, upper = model.arm_limits
+    rng = np.random.default_rng(0)
+    for grasp, sign in zip(found, (1.0, -1.0), strict=True):
+        X_WE = RigidTransform([0.0, 0.0, crate.height]) @ grasp.X_OE
+        assert np.linalg.norm(pose_error(model.grasp_pose(grasp.q), X_WE)) <= 1e-4
+        e = [np.cos(heading), np.sin(heading), 0.0]
+        np.testing.assert_allclose(X_WE.rotation().matrix()[:, 2], np.multiply(sign, e), atol=1e-9)
+        arm = grasp.q[3:]
+        assert np.all((arm > lower[1:] + 0.1) & (arm < upper[1:] - 0.1))  # [rad]
+        assert model.manipulability(grasp.q) > 1.0
+        # self-motions, to first order: comfort has its maximum there
+        J = model.grasp_jacobian(grasp.q)
+        for step in rng.normal(scale=1e-3, size=(5, model.n)):
+            q = grasp.q + step - np.linalg.pinv(J) @ (J @ step)
+            assert comfort(model, q) < comfort(model, grasp.q) + 1e-5
 
 
 @pytest.mark.parametrize(
