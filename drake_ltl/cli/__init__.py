@@ -18,6 +18,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0: satisfied, or a plan was found; 1: violated or infeasible; 2: bad input, one line per mistake on stderr;
     130: interrupted.
+
+    Raises:
+        SystemExit: argparse ends a command line that asks for help, or is wrong.
     """
     from drake_ltl.cli.outcome import colours, complain
     from drake_ltl.cli.statuses import BAD_INPUT, INTERRUPTED
@@ -33,6 +36,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (DrakeLtlError, OSError) as error:
         complain(_one_line(error))
         return BAD_INPUT
+    except SystemExit as done:
+        if done.code is None or isinstance(done.code, int):
+            raise  # argparse, after help or a mistake
+        complain(str(done.code).strip().partition("\n")[0] or "ended without a result")
+        return BAD_INPUT  # Drake's failed conditions end the process with a text
     except KeyboardInterrupt:
         complain("interrupted")
         return INTERRUPTED
@@ -42,6 +50,7 @@ def entry_point() -> None:
     """What the installed script calls."""
     try:
         _open_closed_streams()
+        _print_anything()
         from drake_ltl.cli.guard import guarded
 
         status = guarded(_run_and_flush)
@@ -61,7 +70,7 @@ def _run_and_flush() -> int:
     try:
         status = main()
     except SystemExit as done:  # argparse, after help or a mistake
-        status = done.code if isinstance(done.code, int) else SUCCESS
+        status = SUCCESS if done.code is None else int(done.code)
     signal.signal(signal.SIGUSR1, signal.SIG_IGN)  # nothing is left to save
     try:
         with naming_stdout():
@@ -80,6 +89,23 @@ def _open_closed_streams() -> None:
         if getattr(sys, name) is None:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
             setattr(sys, name, open(number, mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def _print_anything() -> None:
+    """Letters that a stream's encoding lacks never stop a command: others of the same width stand in for them."""
+    import codecs
+
+    codecs.register_error("stand in", _stand_in)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="stand in")
+
+
+def _stand_in(error: UnicodeError) -> tuple[str, int]:
+    letters = error.object[error.start : error.end]
+    return "".join(_STAND_INS.get(letter, "?") for letter in letters), error.end
+
+
+_STAND_INS = {"\N{NO-BREAK SPACE}": " ", "\N{RIGHTWARDS ARROW}": ">"}
 
 
 def _one_line(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -78,7 +79,6 @@ def test_output_in_a_pipe_is_plain(examples):
 
 def on_a_terminal(*arguments: object, **environment: str) -> str:
     """What the command writes to a terminal."""
-    import os
     import pty
 
     assert SCRIPT is not None
@@ -110,6 +110,38 @@ def test_colours_on_a_terminal_unless_they_are_not_wanted(shuttle_file, argument
 
 def test_no_color_may_stand_before_the_command(shuttle_file):
     assert "\x1b[" not in on_a_terminal("--no-color", "plan", shuttle_file)
+
+
+def test_letters_that_the_encoding_lacks(shuttle_file):
+    result = run("plan", shuttle_file, env=os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"})
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "near > far" in result.stdout
+    assert result.stdout.isascii()
+
+
+def test_names_that_the_encoding_lacks(tmp_path):
+    result = run("plan", tmp_path / "\N{GREEK SMALL LETTER PI}.yaml", env=os.environ | {"PYTHONIOENCODING": "ascii"})
+    assert result.returncode == 2
+    (line,) = result.stderr.splitlines()
+    assert "?.yaml" in line
+
+
+ENDED_BY_A_TEXT = """
+import sys
+import drake_ltl.cli as cli
+def fail(*args): raise SystemExit("Failure at multibody_tree.cc:1\\nin a function")
+from drake_ltl.cli import completion
+completion.add_parser = lambda commands: commands.add_parser("completion").set_defaults(run=fail)
+"""
+
+
+@pytest.mark.parametrize("end", ["cli.entry_point()", "sys.exit(cli.main())"])
+def test_a_library_that_ends_the_process_with_a_text(end):
+    """As Drake's failed conditions do in Python: no success."""
+    result = python(f"{ENDED_BY_A_TEXT}sys.argv = ['drake-ltl', 'completion']\n{end}")
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr == "Failure at multibody_tree.cc:1\n"
 
 
 def test_planning_with_all_radii_given_needs_no_drake(examples):
