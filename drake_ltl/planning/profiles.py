@@ -93,7 +93,10 @@ def all_profiles(automaton: Automaton, letters: NDArray, most: int) -> Profiles 
 
 def _smallest(automaton: Automaton, final: NDArray) -> tuple[Automaton, NDArray[np.bool_]]:
     """The least deterministic automaton that reads the same words to its final states, without dead ends."""
-    onwards, letter = np.unique(automaton.successors[:, :, 0], axis=1, return_inverse=True)
+    columns = automaton.successors[:, :, 0]
+    alike: dict[bytes, int] = {}  # letters that lead everywhere to the same
+    letter = np.array([alike.setdefault(column.tobytes(), len(alike)) for column in columns.T])
+    onwards = columns[:, np.unique(letter, return_index=True)[1]]
     alive, more = final, final | (_looked_up(final, onwards, False)).any(axis=1)
     while (more != alive).any():
         alive, more = more, more | _looked_up(more, onwards, False).any(axis=1)
@@ -101,11 +104,19 @@ def _smallest(automaton: Automaton, final: NDArray) -> tuple[Automaton, NDArray[
     kind, n_kinds = np.where(alive, final.astype(int), -1), 0
     while n_kinds < len(set(kind.tolist())):
         n_kinds = len(set(kind.tolist()))
-        table = np.column_stack([kind, _looked_up(kind, onwards, -1)])
-        kind = np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
+        kind = _ranks(np.column_stack([kind, _looked_up(kind, onwards, -1)]))
     first = np.unique(kind, return_index=True)[1]
-    successors = _looked_up(kind, onwards, -1)[first][:, letter.reshape(-1)][:, :, None]
+    successors = _looked_up(kind, onwards, -1)[first][:, letter][:, :, None]
     return Automaton(int(kind[automaton.initial]), successors, np.zeros_like(successors), 1), final[first]
+
+
+def _ranks(table: NDArray) -> NDArray[np.int64]:
+    """Which of the different rows each row is, in lexicographic order (`np.unique` by rows takes ten times as long)."""
+    order = np.lexsort(table.T[::-1])
+    changes = (table[order[1:]] != table[order[:-1]]).any(axis=1)
+    ranks = np.zeros(len(table), dtype=np.int64)
+    ranks[order[1:]] = np.cumsum(changes)
+    return ranks
 
 
 def _looked_up(values: NDArray, numbers: NDArray, missing: object) -> NDArray:
