@@ -203,8 +203,8 @@ class AgentModel:
             [
                 Mistake(
                     f"agents.{self.agent.name}.model",
-                    f"{resolve(self.agent.model).name} has the joints {', '.join(self.joint_names)}, of which the first "
-                    "two do not move all of it along the world's x and y, or no arm follows",
+                    f"{resolve(self.agent.model).name} has the joints {', '.join(self.joint_names)}: of these the "
+                    "first two do not move all of it along the world's x and y, or no arm follows",
                     "begin with prismatic joints from `world`, of axes 1 0 0 and 0 1 0; a yaw joint and the arm follow",
                 )
             ]
