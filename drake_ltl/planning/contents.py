@@ -26,6 +26,8 @@ class Fitting:
     scenario: Scenario
     fits: Fits
     answers: dict[tuple[str, int], bool] = field(default_factory=dict, compare=False)
+    contents: dict[int, Content] = field(default_factory=dict, compare=False)
+    """By their numbers; the same ones are asked about in many regions."""
 
     def grid(self, region: int, places: NDArray) -> NDArray[np.int64]:
         """Contents of one region for all combinations of what the members do.
@@ -76,22 +78,24 @@ class Fitting:
     def _ask(self, region: Region, code: int) -> bool:
         key = (region.name, code)
         if key not in self.answers:
-            content = self._decode(code)
+            if code not in self.contents:
+                self.contents[code] = self._decode(code)
+            content = self.contents[code]
             empty = not (content.free_agents or content.objects)
             self.answers[key] = empty or bool(self.fits(region, content))
         return self.answers[key]
 
     def _decode(self, code: int) -> Content:
-        objects, carried = [], []
-        for name in self.scenario.object_names:
+        names, objects, carried = self.scenario.object_names, [], []
+        for name in names:
             code, bits = divmod(code, 4)
             objects += [name] if bits & 1 else []
             carried += [name] if bits & 2 else []
         free, holds = [], []
         for name in self.scenario.agent_names:
-            code, digit = divmod(code, len(self.scenario.objects) + 2)
+            code, digit = divmod(code, len(names) + 2)
             if digit == 1:
                 free.append(name)
             elif digit >= 2:
-                holds.append((name, self.scenario.object_names[digit - 2]))
+                holds.append((name, names[digit - 2]))
         return Content(tuple(free), tuple(objects), tuple(holds), frozenset(carried))
