@@ -27,7 +27,7 @@ def distances(graph: Graph, offsets: NDArray, limit: float = np.inf) -> tuple[ND
     matrix = csr_array(
         (
             np.append(graph.weights, offsets[first] + 1.0),  # no edge of weight zero
-            np.append(graph.targets, first).astype(np.int32),
+            np.append(graph.targets, first.astype(np.int32)),
             np.append(graph.starts, graph.starts[-1] + len(first)).astype(np.int32),
         ),
         shape=(n + 1, n + 1),

@@ -84,9 +84,9 @@ class Marks:
         """(M, n): the least way by way of each mark to any root."""
         if np.isfinite(self.prices).all():
             return self.ahead
-        part = self.part
-        by_edge = part.graph.weights + self.home[part.graph.targets]
-        return np.array([distances(self._back, self._least(part.graph.sources, by_edge, m))[0] for m in self._each])
+        graph, sources = self.part.graph, self.part.graph.sources
+        by_edge = graph.weights + self.home[graph.targets]
+        return np.array([distances(self._back, self._least(sources, by_edge, m))[0] for m in self._each])
 
     @property
     def bound(self) -> float:
@@ -105,15 +105,15 @@ class Marks:
 
     @cached_property
     def _trees(self) -> list[tuple[NDArray, NDArray]]:
-        part = self.part
-        return [distances(self._back, self._least(part.graph.sources, part.graph.weights, m)) for m in self._each]
+        sources, weights = self.part.graph.sources, self.part.graph.weights
+        return [distances(self._back, self._least(sources, weights, m)) for m in self._each]
 
     @cached_property
     def _back(self) -> Graph:
         return self.part.graph.reversed()
 
     def _least(self, nodes: NDArray, values: NDArray, mark: int) -> NDArray[np.float64]:
-        edges = np.flatnonzero(self.part.marks >> mark & 1)
+        edges = np.flatnonzero((self.part.marks & (1 << mark)) != 0)
         return least(self.part.n_nodes, nodes[edges], values[edges])
 
     def _collect(self, node: int) -> list[int]:

@@ -78,12 +78,14 @@ def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automa
     counts, targets, marks, weight = [], [], [], []
     for q in range(n_automaton):
         edge = np.flatnonzero(entered[q][shown] & goes_on[q][read])
-        successor = successors[q][read[edge]]
-        row, alternative = np.nonzero(successor >= 0)
-        edge = edge[row]
+        successor = successors[q][read[edge]].reshape(-1)
+        met = automaton.marks[q][read[edge]].reshape(-1)
+        if not automaton.deterministic:
+            there = np.flatnonzero(successor >= 0)
+            edge, successor, met = edge[there // successors.shape[2]], successor[there], met[there]
         counts.append(np.bincount(system.sources[edge], minlength=n_system))
-        targets.append(successor[row, alternative] * np.int32(n_system) + system.targets[edge])
-        marks.append(automaton.marks[q, read[edge], alternative])
+        targets.append(successor * np.int32(n_system) + system.targets[edge])
+        marks.append(met)
         weight.append(weights[edge])
     starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
     graph = Graph(starts, np.concatenate(targets), np.concatenate(weight))
