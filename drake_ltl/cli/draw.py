@@ -34,7 +34,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draws the map; nothing is planned."""
-    check_writable(args.output)
+    check_writable(args.output, source=args.file)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
     from drake_ltl.scenario import load
 

@@ -97,16 +97,24 @@ def file_path(text: str) -> Path:
     return Path(text)
 
 
-def check_writable(*paths: Path | None, replaced: Path | None = None, folder: Path | None = None) -> None:
+def check_writable(
+    *paths: Path | None,
+    source: Path | None = None,
+    replaced: Path | None = None,
+    folder: Path | None = None,
+    inside: tuple[str, ...] = (),
+) -> None:
     """Refuses outputs that could not be written, before any long work is done. Nothing is changed or left behind.
 
     Args:
         paths: files that will be opened for writing.
+        source: the command's input, which none of them may be.
         replaced: a file that will be written beside its place first, so its folder must be writable.
         folder: a folder that will be made if it is not there, with files in it.
+        inside: names of these files.
 
     Raises:
-        InvalidInputError: with every output that cannot be written, and every file that is named twice.
+        InvalidInputError: with every output that cannot be written, would overwrite the input, or is named twice.
     """
     files = [path for path in (*paths, replaced) if path is not None]
     mistakes = [_mistake(path) for path in files]
@@ -114,11 +122,26 @@ def check_writable(*paths: Path | None, replaced: Path | None = None, folder: Pa
         mistakes[-1] = _irreplaceable(replaced)
     if folder is not None:
         mistakes.append(_unusable_folder(folder))
+    if source is not None:
+        written = [*files, *(folder / name for name in inside if folder is not None)]
+        mistakes += [_overwriting(path) for path in written if _same_file(path, source)]
     places = [os.path.realpath(path) for path in files]
     twice = {path: None for path, place in zip(files, places, strict=True) if places.count(place) > 1}
     mistakes += [Mistake(str(path), "is named for several outputs", "name a file for each") for path in list(twice)[:1]]
     if any(mistakes):
         raise InvalidInputError([mistake for mistake in mistakes if mistake is not None])
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    """Whatever they are called: links, and places like /dev/stdin, lead to one file. Devices hold nothing to lose."""
+    try:
+        return one.samefile(other) and one.is_file()
+    except OSError:  # one of them is not there
+        return False
+
+
+def _overwriting(path: Path) -> Mistake:
+    return Mistake(str(path), "is the input, and would be overwritten", "name another file")
 
 
 def _mistake(path: Path) -> Mistake | None:

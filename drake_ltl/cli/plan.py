@@ -32,6 +32,9 @@ from drake_ltl.scenario.starts import check_starts
 OVERTIME = 0.25
 """Share of the time limit that the bounded method may take beyond it, to end a solver's step and to check its plan."""
 
+OUTPUTS = ("plan.json", "plan.txt", "plan.dot", "projections.json", "automaton.hoa")
+"""Files in the folder of `--outputs`."""
+
 PLAN_TIME_HELP = "give up after S seconds of planning"
 
 
@@ -64,7 +67,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plans; 0 if there is a plan, 1 if there is none."""
-    check_writable(args.json, folder=args.outputs)
+    check_writable(args.json, source=args.file, folder=args.outputs, inside=OUTPUTS)
     scenario = load(args.file)
     geometry = planning_geometry(scenario)
     start, fits = planning_problem(scenario, geometry)

@@ -19,6 +19,9 @@ from drake_ltl.errors import InfeasibleError, NoPlacesError, SearchLimitError, n
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import load
 
+REPORT = ("recording.npz", "verdict.json", "plan.json")
+"""Files in the folder of `--report`, beside its figures."""
+
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
     """Adds the command to the parser."""
@@ -42,7 +45,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """0 if the mission was carried out and satisfies everything, else 1."""
-    check_writable(args.json, args.record, args.graphviz, replaced=args.recording, folder=args.report)
+    outputs = (args.json, args.record, args.graphviz)
+    check_writable(*outputs, source=args.file, replaced=args.recording, folder=args.report, inside=REPORT)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
     scenario = load(args.file)
 

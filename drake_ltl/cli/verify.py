@@ -28,7 +28,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """0 if the recording satisfies its scenario, else 1."""
-    check_writable(args.json)
+    check_writable(args.json, source=args.recording)
     recording = Recording.load(args.recording)
     scenario = loads(recording.scenario, source_name=str(args.recording))
     verdict = verify(recording, scenario)

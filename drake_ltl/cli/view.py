@@ -40,7 +40,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Writes the page, or shows the run until it is interrupted."""
-    check_writable(args.record)
+    check_writable(args.record, source=args.recording)
     from drake_ltl.execution.recording import Recording
     from drake_ltl.scenario import loads
     from drake_ltl.verification.data import finite_part

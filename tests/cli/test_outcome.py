@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_ltl.cli import plan, simulate
 from drake_ltl.cli.outcome import check_writable, write_json
 from drake_ltl.errors import InvalidInputError
 
@@ -68,6 +69,58 @@ def test_a_report_cannot_be_where_a_file_is(tmp_path):
 def test_two_outputs_cannot_be_one_file(tmp_path):
     (line,) = mistakes(tmp_path / "a", tmp_path / "b", replaced=tmp_path / ".." / tmp_path.name / "a")
     assert "several outputs" in line
+
+
+def test_the_input_is_not_overwritten(tmp_path):
+    source = tmp_path / "plan.json"
+    source.write_text("precious", encoding="utf-8")
+    (tmp_path / "symbolic").symlink_to(source)
+    (tmp_path / "hard").hardlink_to(source)
+    for name in ("plan.json", "symbolic", "hard"):
+        for options in ({}, {"replaced": tmp_path / name}):
+            paths = [] if options else [tmp_path / name]
+            (line,) = mistakes(*paths, source=source, **options)
+            assert line == f"{tmp_path / name}: is the input, and would be overwritten; name another file"
+    (line,) = mistakes(source=source, folder=tmp_path, inside=("plan.txt", "plan.json"))
+    assert line.startswith(f"{source}: is the input")
+    check_writable(tmp_path / "other", None, source=source, folder=tmp_path, inside=("plan.txt",))
+    check_writable(tmp_path / "other", source=tmp_path / "not there")
+    check_writable(Path("/dev/null"), source=Path("/dev/null"))
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("plan", "--json"),
+        ("simulate", "--json"),
+        ("simulate", "--recording"),
+        ("simulate", "--record"),
+        ("simulate", "--graphviz"),
+        ("verify", "--json"),
+        ("view", "--record"),
+    ],
+)
+def test_no_command_overwrites_its_input(drake_ltl, tmp_path, command, option):
+    path = tmp_path / "input"
+    path.write_text("precious", encoding="utf-8")
+    result = drake_ltl(command, path, option, path)
+    assert result.status == 2
+    assert result.err.splitlines() == [f"{path}: is the input, and would be overwritten; name another file"]
+    assert path.read_text(encoding="utf-8") == "precious"
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "names"), [("plan", "--outputs", plan.OUTPUTS), ("simulate", "--report", simulate.REPORT)]
+)
+def test_nor_by_what_it_writes_into_a_folder(drake_ltl, shuttle_file, tmp_path, command, option, names):
+    for name in names:
+        shuttle_file = shuttle_file.rename(tmp_path / name)
+        assert "is the input" in drake_ltl(command, shuttle_file, option, tmp_path).err
+
+
+def test_the_files_in_the_folder_are_known(drake_ltl, shuttle_file, tmp_path):
+    assert drake_ltl("plan", shuttle_file, "--outputs", tmp_path / "out").status == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == set(plan.OUTPUTS)
 
 
 def test_pipes_are_not_waited_for(tmp_path):
