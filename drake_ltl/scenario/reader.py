@@ -29,6 +29,9 @@ HEADING_STEP = 2 * math.pi / 3
 LARGEST_TIME_STEP = 0.02
 """[s]; V was seen to fall up to half of it, at this one it can rise (and the verdict then says so)."""
 
+LARGEST_TOLERANCES = {"position": 0.1, "speed": 0.5, "joint": 0.1, "weld_position": 0.01, "weld_angle": 0.05}
+"""[m], [m/s], [rad]; beyond these "there", "at rest" and "grasped" mean nothing, and a verdict asks for nothing."""
+
 _CONTROLLER_READERS = {
     "lambda": read.not_negative,
     "shaping": read.one_of("pseudo_huber", "logarithmic", "paper"),
@@ -103,7 +106,9 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         seed=top.take("seed", read.integer_from(0), 0),
         team_radius=team_radius,
         controller=_settings(top.table("controller"), ControllerSettings, _CONTROLLER_READERS),
-        tolerances=_settings(top.table("tolerances"), Tolerances),
+        tolerances=_settings(
+            top.table("tolerances"), Tolerances, {key: read.at_most(most) for key, most in LARGEST_TOLERANCES.items()}
+        ),
         simulation=_settings(
             top.table("simulation"), SimulationSettings, {"time_step": read.at_most(LARGEST_TIME_STEP)}
         ),

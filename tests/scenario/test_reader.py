@@ -13,6 +13,7 @@ import yaml
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.scenario import load, loads
 from drake_ltl.scenario.model import PublishedFits, Scenario
+from drake_ltl.scenario.reader import LARGEST_TOLERANCES
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -95,6 +96,7 @@ def test_optional_entries(data):
     put(data, "spec", "F(a1.dock & o1.pi2)")
     put(data, "controller", {"kappa": 30, "lambda": 0.5})
     put(data, "simulation", {"time_step": 0.02, "suffix_rounds": 2})
+    put(data, "tolerances", LARGEST_TOLERANCES)
     put(data, "fits", "geometric")
     put(data, "cost", "distance")
     scenario = read(data)
@@ -103,6 +105,7 @@ def test_optional_entries(data):
     assert scenario.services == {"a1": {"pi2": ("charge", "dock")}}
     assert (scenario.controller.kappa, scenario.controller.lambda_) == (30, 0.5)
     assert (scenario.simulation.suffix_rounds, scenario.cost) == (2, "distance")
+    assert dataclasses.asdict(scenario.tolerances) == LARGEST_TOLERANCES
 
 
 def test_objects_may_be_none_and_a_name_may_be_left_out(data):
@@ -163,6 +166,11 @@ MISTAKES = [
     ("controller.kappa", 0, "controller.kappa", "0 is not a positive number"),
     ("controller.lambda", -0.1, "controller.lambda", "-0.1 is not zero or a positive number"),
     ("tolerances.speed", -1, "tolerances.speed", "-1 is not a positive number"),
+    ("tolerances.position", 0.11, "tolerances.position", "0.11 is too large; write a positive number (1e-09 to 0.1)"),
+    ("tolerances.joint", 0.11, "tolerances.joint", "0.11 is too large; write a positive number (1e-09 to 0.1)"),
+    ("tolerances.speed", 1000, "tolerances.speed", "1000 is too large; write a positive number (1e-09 to 0.5)"),
+    ("tolerances.weld_position", 100, "tolerances.weld_position", "100 is too large"),
+    ("tolerances.weld_angle", 3.1, "tolerances.weld_angle", "3.1 is too large"),
     ("simulation.time_step", 0.05, "simulation.time_step", "0.05 is too large"),
     ("simulation.suffix_rounds", 0, "simulation.suffix_rounds", "0 is not a whole number of at least 1"),
     ("fits", {"agent": -1, "grasping": 1, "object": 1, "capacity": 1}, "fits.agent", "-1 is not a positive"),
