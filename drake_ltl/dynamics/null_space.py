@@ -23,6 +23,7 @@ team has then only been shifted. `null_space_projector` is the paper's projectio
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -70,40 +71,54 @@ class PostureSpring:
     def energy(self, q: np.ndarray, J: np.ndarray) -> float:
         """h(q) [J], for J = J(q) (6, n)."""
         spring = 0.5 * np.sum(self._plain * (q - self.reference) ** 2)
-        x, x0, scale = self._normalised(q)
-        value, _ = _barrier(x)
-        value0, slope0 = _barrier(x0)
-        barrier = np.sum(scale * (value - value0 - slope0 * (x - x0)))
+        x, x0 = self._normalised(q), self._rest
+        barrier = np.sum(self._scale * (_barrier(x)[0] - _barrier(x0)[0] - self._slope_at_rest * (x - x0)))
         return float(spring + barrier + 0.5 * SINGULARITY_WEIGHT * self._shortfall(J) ** 2)
 
     def torque(self, q: np.ndarray, qd: np.ndarray, J: np.ndarray) -> np.ndarray:
         """tau_0 (n,) [N, N m]; of AutoDiffXd as well."""
         slope = self._plain * (q - self.reference)
-        x, x0, scale = self._normalised(q)
-        half = 0.5 * (self.upper[self._limited] - self.lower[self._limited])
-        slope[self._limited] += scale / half * (_barrier(x)[1] - _barrier(x0)[1])
+        slope[self._limited] += self._scale / self._half * (_barrier(self._normalised(q))[1] - self._slope_at_rest)
         shortfall = self._shortfall(J)
         if shortfall > 0.0:
             slope = slope - SINGULARITY_WEIGHT * shortfall * log_manipulability_slope(J)
         return -slope - self.damping * qd
 
-    @property
+    def _normalised(self, q: np.ndarray) -> np.ndarray:
+        """x of the joints with limits."""
+        return (q[self._limited] - self._middle) / self._half
+
+    @cached_property
     def _limited(self) -> np.ndarray:
         width = self.upper - self.lower
         return np.isfinite(width) & (width > 0.0) & (self.stiffness > 0.0)
 
-    @property
+    @cached_property
     def _plain(self) -> np.ndarray:
         """Stiffness (n,) of the plain springs."""
         return self.stiffness * np.where(self._limited, 1.0 - BARRIER, 1.0)
 
-    def _normalised(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """x of q and of the reference, and the factor of the barrier [J], for joints with limits."""
-        on = self._limited
-        lower, upper = self.lower[on], self.upper[on]
-        middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
-        x0 = np.clip((self.reference[on] - middle) / half, -EDGE, EDGE)
-        return (q[on] - middle) / half, x0, BARRIER * self.stiffness[on] * half**2 / _curvature(x0)
+    @cached_property
+    def _middle(self) -> np.ndarray:
+        return 0.5 * (self.lower[self._limited] + self.upper[self._limited])
+
+    @cached_property
+    def _half(self) -> np.ndarray:
+        return 0.5 * (self.upper[self._limited] - self.lower[self._limited])
+
+    @cached_property
+    def _rest(self) -> np.ndarray:
+        """x of the reference."""
+        return np.clip(self._normalised(self.reference), -EDGE, EDGE)
+
+    @cached_property
+    def _slope_at_rest(self) -> np.ndarray:
+        return _barrier(self._rest)[1]
+
+    @cached_property
+    def _scale(self) -> np.ndarray:
+        """Factor of each barrier [J]."""
+        return BARRIER * self.stiffness[self._limited] * self._half**2 / _curvature(self._rest)
 
     def _shortfall(self, J: np.ndarray):
         """log of SHORTFALL w_ref / w, 0 where w is large enough."""
