@@ -18,6 +18,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.execution.damage import array_damage, header_damage
 
 FORMAT = "drake_ltl recording"
 VERSION = 2
@@ -135,7 +136,7 @@ class Recording:
         """Reads a file written by `save`.
 
         Raises:
-            InvalidInputError: it is not there, or not a recording of this version.
+            InvalidInputError: it is not there, not a recording of this version, or has parts of the wrong kinds.
         """
         try:
             with open(path, "rb") as file:
@@ -145,11 +146,15 @@ class Recording:
         except OSError as error:
             raise _mistake(path, error.strerror or "cannot be read", "name a recording") from error
         try:
-            return _from_parts(header, arrays)
+            recording = _from_parts(header, arrays)
+            damage = [*header_damage(header), *array_damage(arrays)]
         except KeyError as error:
             raise _mistake(path, f"is a damaged recording: it lacks {error.args[0]!r}", _ANEW) from error
         except Exception as error:  # what does not fit together shows in many ways
             raise _mistake(path, "is a damaged recording: its parts do not fit together", _ANEW) from error
+        if damage:
+            raise InvalidInputError([Mistake(str(path), f"is damaged: {what}", _ANEW) for what in damage])
+        return recording
 
 
 _ANEW = "make a new one with `simulate`"
@@ -221,8 +226,8 @@ def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Record
 
 def _interval(data: dict[str, Any]) -> IntervalRecord:
     return IntervalRecord(
-        step=int(data["step"]),
-        phase=int(data["phase"]),
+        step=data["step"],
+        phase=data["phase"],
         travels={name: tuple(q) for name, q in data["travels"].items()},
         transports={name: tuple(p) for name, p in data["transports"].items()},
         waiting=tuple(data["waiting"]),

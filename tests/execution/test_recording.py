@@ -221,6 +221,72 @@ def test_headers_that_do_not_fit(tmp_path, change, words):
     assert words in refusal(tmp_path / "changed.npz")
 
 
+def saved_parts(tmp_path) -> tuple[dict, dict]:
+    """Header and arrays of a sound file."""
+    make().save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as archive:
+        arrays = dict(archive)
+    return json.loads(arrays["header"].tobytes()), arrays
+
+
+def refused(tmp_path, header: dict, arrays: dict) -> str:
+    text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+    np.savez(tmp_path / "changed.npz", **(arrays | {"header": text}))
+    return refusal(tmp_path / "changed.npz")
+
+
+INTEGER = [5.0, "4", None, True, float("nan"), 10**400]
+NUMBER = ["x", None, True, float("nan"), float("inf"), 10**400, [1.0]]
+KINDS = {
+    "scenario": [5, None, []],
+    "versions": [5, None],
+    "agent_radius": [None, [1.0], {"a1": 10**400}, {"a1": "1"}, {"a1": True}, {"a1": float("nan")}],
+    "object_radius": [None, {"o1": None}],
+    "team_radius": [None, {"o1": 1e308}],
+    "prefix_length": INTEGER,
+    "suffix_length": INTEGER,
+    "completed": ["no", 1, None],
+    "reason": [5, None],
+    "steps.0.number": INTEGER,
+    "steps.0.actions": ["x", {}, [5], [None], [{}]],
+    "steps.0.start": NUMBER,
+    "steps.0.duration": NUMBER,
+    "steps.0.finished": [1, "yes", None],
+    "steps.0.actions.0.agents": [None, 5, "a1", [1], [["a1"]]],
+    "steps.0.actions.0.object": [5, []],
+    "steps.0.actions.0.kind": [None, ["travel"]],
+    "steps.0.actions.0.from": [None, ["pi1"]],
+    "intervals.0.step": INTEGER,
+    "intervals.0.phase": INTEGER,
+    "intervals.0.travels.a1": ["abcd", ["x"] * 4, [None] * 4, [float("nan")] * 4, [float("inf")], [[0.0]]],
+    "intervals.0.transports.o1": ["abc", ["x"], [1e300]],
+    "intervals.0.waiting": ["o1", [5]],
+    "intervals.0.reaches.a2": [["ab", "cd"], [["x"], [0.0]]],
+}
+
+
+@pytest.mark.parametrize(("place", "value"), [(place, value) for place, values in KINDS.items() for value in values])
+def test_headers_with_something_of_another_kind(tmp_path, place, value):
+    header, arrays = saved_parts(tmp_path)
+    *parents, last = (int(key) if key.isdigit() else key for key in place.split("."))
+    inner = header
+    for key in parents:
+        inner = inner[key]
+    inner[last] = value
+    what = refused(tmp_path, header, arrays)
+    assert what.startswith("is damaged: ") or what == PARTS
+
+
+@pytest.mark.parametrize("name", ["step", "phase", "mode", "grasp", "time", "lyapunov", "effort", "q/a1", "pose/o1"])
+def test_arrays_of_another_kind(tmp_path, name):
+    header, arrays = saved_parts(tmp_path)
+    kinds = ["U3", "S3", "M8[s]", "m8[s]", "bool", "c16", "f2", "f4", "g", "i1", "u8", ">i8", ">f8"]
+    kinds.append("f8" if arrays[name].dtype == np.int64 else "i8")
+    for kind in kinds:
+        changed = np.zeros(arrays[name].shape, dtype=kind)
+        assert f"is damaged: {name} is an array of" in refused(tmp_path, header, arrays | {name: changed})
+
+
 @pytest.mark.parametrize("header", [b"[1, 2]", b"3", b"not json", b"\xff\xff", b"null"])
 def test_headers_that_are_none(tmp_path, header):
     make().save(tmp_path / "run.npz")
