@@ -17,6 +17,8 @@ from drake_ltl.verification.violations import Violation, where_bad
 
 ROUNDING = 1e-6
 """Difference between a recorded centre and that of the joints [m]."""
+BEYOND = 0.05
+"""How far a joint goes beyond its limits [m, rad]: its stops are slightly soft."""
 SINK = 2e-3
 """How far an object may sink into the floor, or stand above it while nobody grasps it [m]: contact is slightly soft."""
 
@@ -27,6 +29,7 @@ def body_violations(recording: Recording, mechanics: Mechanics, span: Span, role
     yield from _covered(recording, mechanics, span)
     yield from _teams_covered(recording, mechanics, span, roles)
     yield from _on_the_floor(recording, mechanics, span)
+    yield from _within_limits(recording, mechanics, span)
 
 
 def _centres(recording: Recording, mechanics: Mechanics, span: Span) -> Iterator[Violation]:
@@ -64,6 +67,14 @@ def _beyond(
     yield from where_bad(
         Violation("body", who, what, step=span.number, unit="m"), beyond[now] > ROUNDING, beyond[now], time
     )
+
+
+def _within_limits(recording: Recording, mechanics: Mechanics, span: Span) -> Iterator[Violation]:
+    for agent, (lower, upper) in mechanics.limits.items():
+        q = recording.q[agent][span.samples]
+        beyond = np.maximum(lower - q, q - upper).max(axis=1)
+        violation = Violation("body", (agent,), f"a joint of {agent} is beyond its limits (m or rad)", step=span.number)
+        yield from where_bad(violation, beyond > BEYOND, beyond, recording.time[span.samples])
 
 
 def _on_the_floor(recording: Recording, mechanics: Mechanics, span: Span) -> Iterator[Violation]:

@@ -24,12 +24,16 @@ from drake_ltl.verification.violations import Violation, where_bad
 KINDS = ("agent_agent", "agent_object", "object_object", "team_other", "forbidden_region", "workspace")
 
 
+NEARER = 0.03
+"""How much nearer than where it holds it an agent may come to what it grasps or lets go [m]: it may swing a little."""
+
+
 @dataclass(frozen=True)
 class Clearance:
     """What is left between two things during one step."""
 
     kind: str
-    """One of KINDS."""
+    """One of KINDS, or `held`."""
     who: tuple[str, ...]
     what: str
     """What is wrong where the clearance is not positive."""
@@ -58,6 +62,7 @@ def step_clearances(recording: Recording, scenario: Scenario, span: Span, roles:
     balls = list(_balls(recording, span, roles))
     members = {agent: _agent(recording, span, agent) for agent in roles.carriers}
     pairs = [pair for pair in combinations(balls, 2) if (pair[0].key, pair[1].key) not in roles.exempt]
+    yield from _held(recording, span, roles)
     for transport in roles.transports:
         pairs += combinations([members[agent] for agent in transport.team], 2)
     for a, b in pairs:
@@ -69,6 +74,19 @@ def step_clearances(recording: Recording, scenario: Scenario, span: Span, roles:
     for ball in balls:
         value = scenario.workspace_radius - ball.radius - np.linalg.norm(ball.centre, axis=1)
         yield Clearance("workspace", (ball.name,), f"{ball.name} leaves the workspace", span.number, time, value)
+
+
+def _held(recording: Recording, span: Span, roles: Roles) -> Iterator[Clearance]:
+    """Who grasps, holds or releases an object never comes nearer to it than where it holds it."""
+    time = recording.time[span.samples]
+    for agent, obj in sorted(roles.exempt):
+        offset = centres(recording, agent) - centres(recording, obj)
+        welded = recording.grasp[:, recording.agents.index(agent)] == recording.objects.index(obj)
+        if welded.any():
+            holding = float(np.linalg.norm(offset[welded], axis=1).min())
+            value = least_distance(offset[span.samples]) - holding + NEARER
+            what = f"{agent} is nearer to {obj} than where it holds it"
+            yield Clearance("held", (agent, obj), what, span.number, time, value)
 
 
 def least_distance(offset: np.ndarray) -> np.ndarray:
@@ -84,6 +102,8 @@ def least_of_each_kind(clearances: Iterable[Clearance]) -> dict[str, float | Non
     """[m]; None for a kind of which there was no pair."""
     least: dict[str, float | None] = dict.fromkeys(KINDS)
     for clearance in clearances:
+        if clearance.kind not in least:
+            continue
         value, known = float(clearance.value.min()), least[clearance.kind]
         least[clearance.kind] = value if known is None else min(value, known)
     return least

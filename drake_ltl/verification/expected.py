@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.spans import Span
 from drake_ltl.verification.violations import Violation
 
@@ -34,12 +36,26 @@ def expectations(start: Expected, spans: Sequence[Span]) -> list[Expected]:
     return expected
 
 
+CanCarry = Callable[[str, frozenset[str]], bool]
+"""Lambda: (name of the object, names of the team) -> whether the team can carry it."""
+
+
+def powers_add_up(scenario: Scenario) -> CanCarry:
+    """Lambda of a scenario file: the powers of the team add up to what the object needs."""
+    power = {agent.name: agent.power for agent in scenario.agents}
+    needed = {obj.name: obj.power_needed for obj in scenario.objects}
+    return lambda obj, team: math.fsum(power[agent] for agent in team) >= needed[obj]
+
+
 def action_violations(
-    expected: Sequence[Expected], spans: Sequence[Span], time: Sequence[float]
+    expected: Sequence[Expected], spans: Sequence[Span], time: Sequence[float], can_carry: CanCarry
 ) -> Iterator[Violation]:
     """Actions that could not begin as things stood (the premises of Defs. 1 to 4)."""
     for before, span in zip(expected, spans, strict=False):
         for action in span.actions:
+            if action["kind"] == "transport" and not can_carry(action["object"], frozenset(action["agents"])):
+                what = f"{' and '.join(action['agents'])} cannot carry {action['object']}: they are too weak"
+                yield Violation("action", (action["object"],), what, float(time[span.first]), span.number)
             for who, fault in _faults(before, action):
                 yield Violation("action", who, fault, float(time[span.first]), span.number)
         for who, fault in _clashes(span.actions):

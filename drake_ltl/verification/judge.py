@@ -16,8 +16,9 @@ from drake_ltl.verification.clearances import (
 )
 from drake_ltl.verification.data import data_violations, finite_part
 from drake_ltl.verification.detours import detoured_steps
-from drake_ltl.verification.expected import Expected, action_violations, expectations
+from drake_ltl.verification.expected import CanCarry, Expected, action_violations, expectations, powers_add_up
 from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_errors, weld_violations
+from drake_ltl.verification.intervals import interval_violations
 from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.motion import motion_violations
@@ -27,12 +28,19 @@ from drake_ltl.verification.rest import rest_violations
 from drake_ltl.verification.roles import Roles, step_roles
 from drake_ltl.verification.soundness import check_sound
 from drake_ltl.verification.spans import Span, step_spans
+from drake_ltl.verification.starts import start_pose_violations
 from drake_ltl.verification.verdict import Verdict
 from drake_ltl.verification.violations import Violation, merged
 from drake_ltl.verification.word import readings, word_violations
 
 
-def verify(recording: Recording, scenario: Scenario | None = None, mechanics: Mechanics | None = None) -> Verdict:
+def verify(
+    recording: Recording,
+    scenario: Scenario | None = None,
+    mechanics: Mechanics | None = None,
+    *,
+    can_carry: CanCarry | None = None,
+) -> Verdict:
     """Judges a run by its recording alone.
 
     The recording has to agree with itself and with the scenario's models: spheres with joints, positions with
@@ -45,6 +53,7 @@ def verify(recording: Recording, scenario: Scenario | None = None, mechanics: Me
         scenario: what the run should do; by default what the recording's own text says.
         mechanics: what the scenario's models make of the recorded joints; by default worked out with Drake
             (`models.work_out`), which takes the longest of all.
+        can_carry: Lambda; by default the powers of a team must add up to what the object needs.
 
     Raises:
         InvalidInputError: it is no recording of its scenario, or a model cannot be used.
@@ -68,7 +77,10 @@ def verify(recording: Recording, scenario: Scenario | None = None, mechanics: Me
     welds = weld_errors(recording, mechanics)
     rises = lyapunov_rises(recording, mechanics.lyapunov)
     states = readings(recording, scenario, run.spans)
+    violations += start_pose_violations(recording, scenario)
     violations += motion_violations(recording, run.spans)
+    violations += interval_violations(recording, run.spans, run.roles, mechanics.goals)
+    violations += action_violations(run.expected, run.spans, recording.time, can_carry or powers_add_up(scenario))
     violations += clearance_violations(clearances)
     violations += _conduct_violations(recording, scenario, run, mechanics, welds)
     violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises)
@@ -122,7 +134,6 @@ def _conduct_violations(
 ) -> Iterator[Violation]:
     """Everybody where they should be, welded to what they should hold, at rest when a step ends."""
     yield from start_violations(recording, run.expected[0])
-    yield from action_violations(run.expected, run.spans, recording.time)
     for index, (span, roles) in enumerate(run.pairs):
         before, after = run.expected[index], run.expected[index + 1]
         yield from region_violations(recording, scenario, span, roles, before, after)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from drake_ltl.execution.recording import Recording
+from drake_ltl.verification.potential import TOUCHING
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import Span
 from drake_ltl.verification.violations import Violation, where_bad
@@ -45,6 +46,9 @@ def lyapunov_violations(
         time = recording.time[span.own]
         violation = Violation("lyapunov", (), "V rises, relative to its start", step=span.number)
         yield from where_bad(violation, rises[span.own] > RISE, rises[span.own], time)
+        touching = V[span.own] >= TOUCHING
+        violation = Violation("lyapunov", (), "V has no value: a goal or a mover touches something", step=span.number)
+        yield from where_bad(violation, touching, touching.astype(float), time)
         violation = Violation("lyapunov", (), "the recorded V is not that of the motion", step=span.number)
         yield from where_bad(violation, off[span.own] > AGREEMENT, off[span.own], time)
         if step.movers and not V[span.first] > 0.0:

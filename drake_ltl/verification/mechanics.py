@@ -33,3 +33,7 @@ class Mechanics:
     """(object, agent) -> (S,) distance from p_WO of the farthest point of the agent's geometry [m]."""
     lyapunov: np.ndarray
     """(T,) V [J], formed anew; 0 where nothing moves under a navigation function."""
+    goals: tuple[dict[str, np.ndarray], ...]
+    """For each recorded interval, mover -> centre of its sphere at the goal (3,) [m]."""
+    limits: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    """agent -> lower and upper limits of its joints (n_i,) [m, rad]."""

@@ -51,6 +51,15 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
             for agent in agents
         },
         lyapunov=_lyapunov(recording, scenario, agents, objects, centre),
+        goals=tuple(
+            {name: agents[name].centre(np.array(q)) for name, q in record.travels.items()}
+            | {name: np.array(p) for name, p in record.transports.items()}
+            for record in recording.intervals
+        ),
+        limits={
+            name: (model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits())
+            for name, model in agents.items()
+        },
     )
 
 

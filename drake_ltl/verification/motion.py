@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from drake_ltl.execution.recording import Recording
+from drake_ltl.verification.data import SAME_INSTANT
 from drake_ltl.verification.poses import rotations
 from drake_ltl.verification.spans import Span
 from drake_ltl.verification.violations import Violation, where_bad
@@ -20,25 +21,38 @@ ROUNDING = 1e-6
 """Way between two samples that no velocity needs to explain [m, rad]."""
 
 
+INSTANT_ROUNDING = 1e-12
+"""... and between two samples of one instant: else any number of them would add up to a way."""
+FASTEST = 50.0
+"""No joint and no object is faster than this [m/s, rad/s]: robots leave narrow places at ten or so."""
+
+
 def motion_violations(recording: Recording, spans: Sequence[Span]) -> Iterator[Violation]:
-    """Members that are not where their velocities bring them."""
+    """Members that are not where their velocities bring them, or too fast for any machine."""
+    for name, velocity in (recording.qd | recording.velocity).items():
+        speed = np.abs(velocity).max(axis=1, initial=0.0)
+        for span in spans:
+            what = f"{name} is faster than {FASTEST:g} m/s or rad/s"
+            violation = Violation("motion", (name,), what, step=span.number)
+            yield from where_bad(violation, speed[span.own] > FASTEST, speed[span.own], recording.time[span.own])
     gaps = {name: (_gap(recording, name), None) for name in recording.agents}
     gaps |= {name: (_gap(recording, name), _turn_gap(recording, name)) for name in recording.objects}
+    allowed = np.where(np.diff(recording.time, prepend=-np.inf) > SAME_INSTANT, ROUNDING, INSTANT_ROUNDING)
     for name, (gap, turn_gap) in gaps.items():
         for off, unit in ((gap, "m"), (turn_gap, "rad")):
             if off is not None:
-                yield from _in_steps(recording, spans, name, off, unit)
+                yield from _in_steps(recording, spans, name, off, allowed, unit)
 
 
 def _in_steps(
-    recording: Recording, spans: Sequence[Span], name: str, off: np.ndarray, unit: str
+    recording: Recording, spans: Sequence[Span], name: str, off: np.ndarray, allowed: np.ndarray, unit: str
 ) -> Iterator[Violation]:
     for span in spans:
         rows = slice(span.first + 1, span.end + 1)  # the row of a step's first sample belongs to the step before
         violation = Violation(
             "motion", (name,), f"{name} is not where its velocity brings it", step=span.number, unit=unit
         )
-        yield from where_bad(violation, off[rows] > ROUNDING, off[rows], recording.time[rows])
+        yield from where_bad(violation, off[rows] > allowed[rows], off[rows], recording.time[rows])
 
 
 def _gap(recording: Recording, name: str) -> np.ndarray:

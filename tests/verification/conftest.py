@@ -6,14 +6,14 @@ other eight are one round of the suffix.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import yaml
 
-from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
+from drake_ltl.execution.recording import NOTHING, IntervalRecord, Recording, StepRecord
 from drake_ltl.scenario import Scenario, loads
 from drake_ltl.verification import models
 from drake_ltl.verification.mechanics import Mechanics
@@ -128,6 +128,12 @@ def _mechanics(recording: Recording) -> Mechanics:
         reach={name: np.full(len(seen), 0.7) for name in AGENTS} | {name: np.array([0.4]) for name in OBJECTS},
         team_reach={(obj, agent): np.full(len(seen), 2.4) for obj in OBJECTS for agent in AGENTS},
         lyapunov=recording.lyapunov.copy(),
+        goals=tuple(
+            {name: np.array([*q[:2], HEIGHT]) for name, q in record.travels.items()}
+            | {name: np.array(p) for name, p in record.transports.items()}
+            for record in recording.intervals
+        ),
+        limits={name: (np.full(4, -np.inf), np.full(4, np.inf)) for name in AGENTS},
     )
 
 
@@ -171,7 +177,7 @@ def _draw(text: str, num_steps: int) -> Recording:
         ),
         completed=True,
         reason="",
-        intervals=(),
+        intervals=tuple(_intervals(plan)),
         time=TIME_STEP * np.arange(samples),
         q={name: np.pad(way[name][:, :2], ((0, 0), (0, 2))) for name in AGENTS},
         qd={name: np.pad(speed[name][:, :2], ((0, 0), (0, 2))) for name in AGENTS},
@@ -186,6 +192,16 @@ def _draw(text: str, num_steps: int) -> Recording:
         effort=np.full((samples, len(AGENTS)), 0.5),
         manipulability=np.ones((samples, len(AGENTS))),
     )
+
+
+def _intervals(plan: list) -> Iterator[IntervalRecord]:
+    """One for each step in which something moves, with the places at its end for goals."""
+    for k, (actions, (a1, a2, o1)) in enumerate(plan):
+        ends = {"a1": (*a1, 0.0, 0.0), "a2": (*a2, 0.0, 0.0)}
+        travels = {act["agents"][0]: ends[act["agents"][0]] for act in actions if act["kind"] == "travel"}
+        transports = {act["object"]: (*o1, HEIGHT) for act in actions if act["kind"] == "transport"}
+        if travels or transports:
+            yield IntervalRecord(k, 0, travels, transports, (), {})
 
 
 def _courses(plan: list, samples: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:

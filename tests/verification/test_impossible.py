@@ -203,3 +203,12 @@ def test_joints_of_another_model(run):
         judge(
             dataclasses.replace(run, **{f: getattr(run, f) | {IDLE: np.zeros((len(run.time), 5))} for f in ("q", "qd")})
         )
+
+
+def test_joint_beyond_its_limits(run):
+    """By a slow turn, and back."""
+    turn = 4.0 * np.sin(np.linspace(0.0, np.pi, len(run.time))) ** 2
+    run.q[IDLE][:, 2] += turn
+    run.qd[IDLE][:, 2] += np.diff(turn, prepend=0.0) / np.diff(run.time, prepend=-1.0)
+    verdict = judge(run)
+    assert any(v.kind == "body" and v.who == (IDLE,) and "beyond its limits" in v.what for v in verdict.violations)

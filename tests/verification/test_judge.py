@@ -9,6 +9,7 @@ import pytest
 
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.verification import Verdict, Violation, verify
+from drake_ltl.verification.potential import TOUCHING
 from drake_ltl.verification.word import last_round
 
 PER_STEP = 50  # samples of one step, 1 s long
@@ -373,10 +374,38 @@ def test_lyapunov_creeps_up(recording):
     assert only(verify(recording), "lyapunov").worst == pytest.approx(49 * 5e-7)
 
 
+def with_phase_anew(recording: Recording, begin: int) -> Recording:
+    """From a sample of the first step on there is another navigation function, with the same goals."""
+    recording.phase[during(TRAVEL, begin, PER_STEP)] = 1
+    recording.lyapunov[during(TRAVEL, begin, PER_STEP)] = 1e3
+    again = dataclasses.replace(recording.intervals[0], phase=1)
+    return dataclasses.replace(recording, intervals=(*recording.intervals, again))
+
+
 def test_lyapunov_may_jump_between_steps_and_phases(recording):
-    recording.phase[during(TRAVEL, 30, PER_STEP)] = 1
-    recording.lyapunov[during(TRAVEL, 30, PER_STEP)] = 1e3
-    assert verify(recording).satisfied
+    assert verify(with_phase_anew(recording, 46)).satisfied
+
+
+def test_lyapunov_begins_anew_on_the_way(recording):
+    verdict = verify(with_phase_anew(recording, 30))
+    assert {v.who for v in verdict.violations} == {("a1",), ("a2",)}
+    assert all("V begins anew" in v.what for v in verdict.violations)
+
+
+@pytest.mark.parametrize("name", ["a1", "a2"])
+def test_mover_that_no_function_moves(recording, name):
+    first, *others = recording.intervals
+    travels = {mover: q for mover, q in first.travels.items() if mover != name}
+    left_out = dataclasses.replace(recording, intervals=(dataclasses.replace(first, travels=travels), *others))
+    violation = only(verify(left_out), "lyapunov")
+    assert violation.who == (name,)
+    assert "under no navigation function" in violation.what
+    assert violation.worst > 8.0
+
+
+def test_touching_has_no_lyapunov_function(recording):
+    recording.lyapunov[during(CARRY, 0, PER_STEP)] = TOUCHING
+    assert "touches something" in only(verify(recording), "lyapunov").what
 
 
 def test_movement_without_lyapunov_function(recording):
@@ -502,7 +531,8 @@ def _first_samples(recording: Recording, count: int) -> Recording:
     """The run as it stood after so many samples."""
     first = _samples(recording, np.arange(count))
     last = int(first.step[-1]) + 1 if count else 0
-    return dataclasses.replace(first, steps=recording.steps[:last])
+    intervals = tuple(interval for interval in recording.intervals if interval.step < last)
+    return dataclasses.replace(first, steps=recording.steps[:last], intervals=intervals)
 
 
 def _samples(recording: Recording, rows: np.ndarray) -> Recording:
@@ -515,3 +545,62 @@ def _samples(recording: Recording, rows: np.ndarray) -> Recording:
         elif field.name in ("q", "qd", "centre", "pose", "velocity"):
             fields[field.name] = {name: array[rows] for name, array in value.items()}
     return dataclasses.replace(recording, **fields)
+
+
+# The start, powers, and what no machine can do.
+
+
+def test_starts_elsewhere(recording):
+    moved = respecified(recording, "- 10\n    - 11", "- 10\n    - 11.5")
+    violation = only(verify(moved), "start")
+    assert (violation.who, violation.worst) == (("a3",), pytest.approx(0.5))
+
+
+def test_starts_turned_or_moving(recording):
+    half = 0.1
+    recording.pose["o2"][:, :4] = [np.cos(half), 0.0, 0.0, np.sin(half)]
+    recording.qd["a3"][0, 0] = 0.3
+    found = [v for v in verify(recording).violations if v.kind == "start"]
+    assert {(v.who, round(v.worst, 9)) for v in found} == {(("o2",), 0.2), (("a3",), 0.3)}
+
+
+def test_the_end_alone_is_no_run(recording):
+    """As if all had been done when the recording begins."""
+    last = _samples(recording, np.array([len(recording.time) - 1]))
+    last = dataclasses.replace(last, steps=(), intervals=(), step=np.zeros(1, dtype=int))
+    assert "start" in kinds(verify(dataclasses.replace(last, time=np.zeros(1))))
+
+
+def test_team_too_weak(recording):
+    weak = respecified(
+        recording, "power_needed: 2\n    radius: 0.4\n    spec", "power_needed: 9\n    radius: 0.4\n    spec"
+    )
+    assert "too weak" in only(verify(weak), "action").what
+    assert verify(weak, can_carry=lambda obj, team: len(team) == 2).satisfied
+
+
+def test_faster_than_any_machine(recording):
+    """There and back within one sample, with velocities to match."""
+    sample = CARRY * PER_STEP + 20
+    for arrays in (recording.q, recording.centre):
+        arrays["a3"][sample, 0] += 1.5
+    for k, sign in ((sample, 1.0), (sample + 1, -1.0)):
+        recording.qd["a3"][k, 0] += sign * 1.5 / 0.02
+    violation = only(verify(recording), "motion")
+    assert (violation.who, violation.worst) == (("a3",), pytest.approx(75.0))
+
+
+def test_many_samples_of_one_instant_do_not_add_up_to_a_way(recording):
+    rows = np.insert(np.arange(len(recording.time)), 121, [120] * 40)
+    twice = _samples(recording, rows)
+    twice.time[121:161] = twice.time[120] + 1e-12 * np.arange(1, 41)
+    for arrays in (twice.q, twice.centre):
+        arrays["a3"][121:, 0] += np.minimum(np.arange(1, len(rows) - 120), 40) * 9e-7
+    assert {v.kind for v in verify(twice).violations} >= {"motion"}
+
+
+def test_drives_through_what_it_grasps(recording):
+    recording.centre["a1"][during(GRASP), :2] = [9.2, -0.5]
+    violation = only(verify(recording), "clearance")
+    assert violation.who == ("a1", "o1")
+    assert "nearer to o1 than where it holds it" in violation.what

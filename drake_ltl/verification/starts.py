@@ -1,0 +1,39 @@
+"""The run begins as its scenario says: everybody in place, upright and at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from drake_ltl.execution.recording import Recording
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.poses import rotations
+from drake_ltl.verification.violations import Violation
+
+TOLERANCE = 1e-6
+"""Of places [m], angles [rad] and speeds: a simulation begins exactly where it is told to."""
+
+
+def start_pose_violations(recording: Recording, scenario: Scenario) -> Iterator[Violation]:
+    """Who is not where the scenario puts it when the recording begins, or moves already."""
+    for agent in scenario.agents:
+        q = recording.q[agent.name][0]
+        told = np.array([*agent.position, *(agent.joints or ())])
+        speed = recording.qd[agent.name][0]
+        yield from _off(recording, agent.name, np.abs(q[: len(told)] - told).max(), np.abs(speed).max())
+    for obj in scenario.objects:
+        pose = recording.pose[obj.name][:1]
+        place = np.abs(pose[0, 4:6] - np.array(obj.position)).max()
+        turned = rotations(pose).magnitude()[0]
+        yield from _off(recording, obj.name, max(place, turned), np.abs(recording.velocity[obj.name][0]).max())
+
+
+def _off(recording: Recording, name: str, place: float, speed: float) -> Iterator[Violation]:
+    time = float(recording.time[0])
+    if place > TOLERANCE:
+        what = f"{name} does not begin where its scenario puts it (off by m or rad)"
+        yield Violation("start", (name,), what, time, 0, float(place), time)
+    if speed > TOLERANCE:
+        what = f"{name} moves already when the run begins (m/s or rad/s)"
+        yield Violation("start", (name,), what, time, 0, float(speed), time)
