@@ -46,7 +46,8 @@ def check(
     _check_shape(plan, start)
     run = (*plan.states, plan.suffix[0])
     for step, (before, after) in enumerate(pairwise(run)):
-        fault = transition_fault(scenario, before, after, fits, can_carry)
+        fault = state_fault(scenario, before, fits) if step == 0 else None  # later ones were reached by a step
+        fault = fault or state_fault(scenario, after, fits) or _step_fault(scenario, before, after, fits, can_carry)
         if fault is None and apply_actions(scenario, before, plan.moves[step]) != after:
             fault = f"the actions {plan.moves[step]} do not lead there"
         if fault is not None:
@@ -87,8 +88,11 @@ def _check_costs(plan: Plan, chi: Chi) -> None:
 def transition_fault(scenario: Scenario, before: State, after: State, fits: Fits, can_carry: CanCarry) -> str | None:
     """What of Def. 5 forbids a transition; None if it is allowed. Clauses (1) to (5) are those of part (iii)."""
     fault = state_fault(scenario, before, fits) or state_fault(scenario, after, fits)
-    if fault is not None:
-        return fault
+    return fault or _step_fault(scenario, before, after, fits, can_carry)
+
+
+def _step_fault(scenario: Scenario, before: State, after: State, fits: Fits, can_carry: CanCarry) -> str | None:
+    """Of a transition between two states of Pi_s."""
     for i, agent in enumerate(scenario.agent_names):
         held, holds = before.grasps[i], after.grasps[i]
         if (held is None) != (holds is None) and before.agents[i] != after.agents[i]:
