@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 
@@ -144,15 +145,15 @@ class Scenario:
     source: str = ""
     """The text the scenario was read from; a recording carries it."""
 
-    @property
+    @cached_property
     def region_names(self) -> tuple[str, ...]:
         return tuple(region.name for region in self.regions)
 
-    @property
+    @cached_property
     def agent_names(self) -> tuple[str, ...]:
         return tuple(agent.name for agent in self.agents)
 
-    @property
+    @cached_property
     def object_names(self) -> tuple[str, ...]:
         return tuple(obj.name for obj in self.objects)
 
