@@ -123,7 +123,8 @@ class Part:
 def accepting_part(product: Product, component: NDArray) -> Part:
     """What `accepting` found, by itself."""
     graph, sources = product.graph, product.graph.sources
-    kept = np.flatnonzero((component[sources] >= 0) & (component[sources] == component[graph.targets]))
+    begins = component[sources]
+    kept = np.flatnonzero((begins >= 0) & (begins == component[graph.targets]))
     nodes = np.flatnonzero(component >= 0)
     local = np.full(graph.n_nodes, -1, dtype=np.int32)
     local[nodes] = np.arange(len(nodes))
@@ -149,7 +150,8 @@ def accepting(product: Product, reachable: NDArray[np.bool_], full: int) -> NDAr
         matrix = matrix.copy()
         matrix.sum_duplicates()
     n_components, component = connected_components(matrix, connection="strong")
-    inside = (component[sources] == component[graph.targets]) & reachable[sources]
+    begins = np.where(reachable, component, -1)[sources]
+    inside = np.flatnonzero((begins >= 0) & (begins == component[graph.targets]))
     collected = np.zeros(n_components, dtype=np.int64)
-    np.bitwise_or.at(collected, component[sources[inside]], product.marks[inside])
+    np.bitwise_or.at(collected, begins[inside], product.marks[inside])
     return np.where(reachable & (collected == full)[component], component, -1)
