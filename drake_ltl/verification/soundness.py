@@ -12,8 +12,14 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.scenario.table import LARGEST
+from drake_ltl.verification.interval_soundness import interval_mistakes
 
+CARRIES = 3
+"""The mode of an agent that carries the first object."""
 ACTION_KINDS = ("travel", "grasp", "release", "transport")
+SAME_TIME = 1e-9
+"""Times this close [s] are one: records and samples are of the same clock."""
 _REMEDY = "make a new recording with `simulate`"
 
 
@@ -23,9 +29,11 @@ def check_sound(recording: Recording, scenario: Scenario) -> None:
     mistakes = mistakes or [
         *_radii(recording, scenario),
         *_shapes(recording),
-        *(mistake for step in recording.steps for mistake in _actions(step, scenario)),
+        *(mistake for step in recording.steps for mistake in (*_actions(step, scenario), *_twice(step))),
+        *_outcome(recording),
     ]
     mistakes = mistakes or [*_indices(recording)]
+    mistakes = mistakes or [*_records(recording), *interval_mistakes(recording)]
     if mistakes:
         raise InvalidInputError(mistakes)
 
@@ -51,7 +59,7 @@ def _radii(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
         recorded: Mapping[str, float] = getattr(recording, field)
         for name, known in radii.items():
             radius = recorded.get(name)
-            if not isinstance(radius, (int, float)) or not 0.0 < radius < np.inf:
+            if not isinstance(radius, (int, float)) or not 0.0 < radius <= LARGEST:
                 yield Mistake(f"recording.{field}.{name}", f"{radius!r} is not a radius", _REMEDY)
             elif known is not None and not np.isclose(radius, known, rtol=1e-9, atol=0.0):
                 yield Mistake(f"recording.{field}.{name}", f"is {radius!r}", f"its scenario says {known!r}")
@@ -95,6 +103,25 @@ def _actions(step: StepRecord, scenario: Scenario) -> Iterator[Mistake]:
             yield Mistake(where, f"{action!r} names no object", "use the names of its scenario")
 
 
+def _twice(step: StepRecord) -> Iterator[Mistake]:
+    """Nobody has two actions in a step, and what is carried is in no other."""
+    agents = [name for action in step.actions for name in action["agents"]]
+    carried = [action["object"] for action in step.actions if action["kind"] == "transport"]
+    objects = [action["object"] for action in step.actions]
+    twice = [*(name for name in agents if agents.count(name) > 1)]
+    twice += [name for name in carried if objects.count(name) > 1]
+    for name in dict.fromkeys(twice):
+        yield Mistake(f"recording.steps.{step.number}", f"{name} has several actions", "one at a time is possible")
+
+
+def _outcome(recording: Recording) -> Iterator[Mistake]:
+    if recording.completed and recording.reason:
+        what = f"is completed, and ended early: {recording.reason.splitlines()[0]!r}"
+        yield Mistake("recording", what, _REMEDY)
+    if not recording.completed and not recording.reason:
+        yield Mistake("recording", "is not completed, and has no reason", _REMEDY)
+
+
 def _indices(recording: Recording) -> Iterator[Mistake]:
     """Steps are numbered from 0 and the samples agree with them."""
     numbers = [step.number for step in recording.steps]
@@ -107,3 +134,29 @@ def _indices(recording: Recording) -> Iterator[Mistake]:
         yield Mistake("recording.step", f"does not count the {len(numbers)} recorded steps", _REMEDY)
     if grasp.min() < NOTHING or grasp.max() >= len(recording.objects):
         yield Mistake("recording.grasp", "names objects that do not exist", _REMEDY)
+    if recording.phase.min() < 0:
+        yield Mistake("recording.phase", "is less than 0", _REMEDY)
+    if recording.mode.min() < 0 or recording.mode.max() > CARRIES + len(recording.objects) - 1:
+        yield Mistake("recording.mode", "is of no kind of motion", _REMEDY)
+
+
+def _records(recording: Recording) -> Iterator[Mistake]:
+    """Steps begin and end with their samples. Times that are none are another matter (`data`)."""
+    time, step = recording.time, recording.step
+    if not len(step):
+        return
+    if abs(time[0]) > SAME_TIME:
+        yield Mistake("recording.time", f"begins at {time[0]:g} s, not at 0", _REMEDY)
+    for record in recording.steps:
+        # A step shorter than the sampling has no sample of its own: it begins and ends with the next.
+        first, after = np.searchsorted(step, [record.number, record.number + 1])
+        finished = bool(after < len(step))
+        start, end = float(time[first]), float(time[after if finished else -1])
+        where = f"recording.steps.{record.number}"
+        if abs(record.start - start) > SAME_TIME:
+            yield Mistake(f"{where}.start", f"is {record.start:g} s, its first sample's time {start:g} s", _REMEDY)
+        if abs(record.duration - (end - start)) > SAME_TIME:
+            yield Mistake(f"{where}.duration", f"is {record.duration:g} s, of its samples {end - start:g} s", _REMEDY)
+        if record.finished != finished:
+            samples = "go on" if finished else "do not go on"
+            yield Mistake(f"{where}.finished", f"is {record.finished}, but samples {samples} after it", _REMEDY)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from drake_ltl.errors import InvalidInputError
+from drake_ltl.execution.recording import IntervalRecord, StepRecord
 from drake_ltl.verification import verify
+from drake_ltl.verification.soundness import check_sound
 
 
 def complaints(recording) -> str:
@@ -32,6 +34,14 @@ def complaints(recording) -> str:
         ({"lyapunov": np.zeros(450)}, "recording.lyapunov"),
         ({"steps": ()}, "does not count the 0 recorded steps"),
         ({"scenario": "name: other"}, "is missing"),
+        ({"team_radius": {"o1": 1e308, "o2": 2.4}}, "recording.team_radius.o1: 1e+308 is not a radius"),
+        ({"reason": "the controller failed"}, "is completed, and ended early: 'the controller failed'"),
+        ({"completed": False}, "is not completed, and has no reason"),
+        ({"mode": np.full((451, 3), 5)}, "recording.mode"),
+        ({"mode": np.full((451, 3), -1)}, "recording.mode"),
+        ({"phase": np.full(451, -1)}, "recording.phase"),
+        ({"time": 0.02 * np.arange(451) + 1e5}, "begins at 100000 s, not at 0"),
+        ({"time": 0.02 * np.arange(451) - 1e3}, "begins at -1000 s, not at 0"),
     ],
 )
 def test_refused(recording, changes, words):
@@ -55,6 +65,112 @@ def test_actions_of_another_world(recording, change):
     step = recording.steps[0]
     wrong = dataclasses.replace(step, actions=({**step.actions[0], **change},))
     assert "recording.steps.0" in complaints(dataclasses.replace(recording, steps=(wrong, *recording.steps[1:])))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"start": -7.0}, "recording.steps.3.start: is -7 s, its first sample's time 3 s"),
+        ({"start": 3.0 + 1e-8}, "recording.steps.3.start"),
+        ({"duration": 999.0}, "recording.steps.3.duration: is 999 s, of its samples 1 s"),
+        ({"finished": False}, "recording.steps.3.finished: is False, but samples go on after it"),
+    ],
+)
+def test_records_that_are_not_of_the_samples(recording, change, words):
+    steps = list(recording.steps)
+    steps[3] = dataclasses.replace(steps[3], **change)
+    (line,) = complaints(dataclasses.replace(recording, steps=tuple(steps))).splitlines()
+    assert words in line
+
+
+def test_a_step_that_is_said_to_have_finished(draw):
+    whole = draw(9)
+    last = dataclasses.replace(whole, step=np.minimum(whole.step, 8))
+    assert "recording.steps.8.finished: is True, but samples do not go on" in complaints(last)
+
+
+def test_a_step_without_samples_is_sound(recording, scenario):
+    """Shorter than the sampling, as a step in which all wait: it begins and ends with the next."""
+    wait = StepRecord(9, (), recording.time[-1], 0.0, True)
+    longer = dataclasses.replace(
+        recording, steps=(*recording.steps, wait), step=np.where(recording.step == 9, 10, recording.step)
+    )
+    check_sound(longer, scenario)
+    late = dataclasses.replace(wait, duration=0.5)
+    with pytest.raises(InvalidInputError, match=r"recording\.steps\.9\.duration"):
+        check_sound(dataclasses.replace(longer, steps=(*recording.steps, late)), scenario)
+
+
+@pytest.mark.parametrize("times", [0, 1])
+def test_two_actions_at_once(recording, times):
+    steps = list(recording.steps)
+    travels, carry = steps[0].actions, steps[2].actions[0]
+    steps[0] = dataclasses.replace(steps[0], actions=(*travels, *travels[:1] * times))
+    assert (
+        "a1 has several actions" in complaints(dataclasses.replace(recording, steps=tuple(steps), reason="x"))
+    ) == times
+    other = {**carry, "kind": "grasp", "agents": ["a3"]}
+    steps[2] = dataclasses.replace(steps[2], actions=(carry, *(other,) * times))
+    assert (
+        "o1 has several actions" in complaints(dataclasses.replace(recording, steps=tuple(steps), reason="x"))
+    ) == times
+
+
+STILL = {"travels": {}, "transports": {}, "waiting": (), "reaches": {}}
+DRIVE = {"step": 0, "phase": 0, **STILL, "travels": {"a1": (0.0,) * 4}}
+CARRY = {"step": 2, "phase": 0, **STILL, "transports": {"o1": (0.0,) * 3}}
+MIXED = {"step": 4, "phase": 0, **STILL, "travels": {"a2": (0.0,) * 4}}
+
+
+@pytest.mark.parametrize("sound", [DRIVE, CARRY, MIXED | {"reaches": {"a1": ((0.0,) * 4, (1.0,) * 4)}}])
+def test_sound_intervals(recording, scenario, sound):
+    check_sound(dataclasses.replace(recording, intervals=(IntervalRecord(**sound),)), scenario)
+
+
+@pytest.mark.parametrize(
+    ("interval", "words"),
+    [
+        (DRIVE | {"step": 9}, "step 9, phase 0 is none of the 9 steps'"),
+        (DRIVE | {"step": -1}, "step -1, phase 0 is none"),
+        (DRIVE | {"phase": -1}, "phase -1 is none"),
+        (DRIVE | {"travels": {}}, "moves nothing"),
+        (DRIVE | {"travels": {"a9": (0.0,) * 4}}, "a9 does not travel in step 0"),
+        (DRIVE | {"travels": {"a3": (0.0,) * 4}}, "a3 does not travel in step 0"),
+        (DRIVE | {"step": 2}, "a1 does not travel in step 2"),  # it carries
+        (DRIVE | {"travels": {"a1": (0.0,) * 3}}, "the goal of a1 has 3 numbers, not 4"),
+        (DRIVE | {"travels": {"a1": tuple("abcd")}}, "the goal of a1 is not of finite numbers"),
+        (DRIVE | {"travels": {"a1": (0.0, np.nan, 0.0, 0.0)}}, "the goal of a1 is not of finite numbers"),
+        (DRIVE | {"travels": {"a1": (0.0, np.inf, 0.0, 0.0)}}, "the goal of a1 is not of finite numbers"),
+        (DRIVE | {"transports": {"o1": (0.0,) * 3}}, "o1 is not carried in step 0"),
+        (CARRY | {"transports": {"o9": (0.0,) * 3}}, "o9 is not carried"),
+        (CARRY | {"transports": {"o2": (0.0,) * 3}}, "o2 is not carried"),
+        (CARRY | {"transports": {"o1": (0.0,) * 2}}, "the goal of o1 has 2 numbers, not 3"),
+        (CARRY | {"transports": {"o1": tuple("abc")}}, "the goal of o1 is not of finite numbers"),
+        (CARRY | {"waiting": ("o2",)}, "o2 does not wait"),
+        (CARRY | {"waiting": ("o1",)}, "o1 is carried and waits at once"),
+        (DRIVE | {"reaches": {"a2": ((0.0,) * 4, (0.0,) * 4)}}, "a2 does not reach in step 0"),
+        (MIXED | {"reaches": {"a9": ((0.0,) * 4, (0.0,) * 4)}}, "a9 does not reach in step 4"),
+        (MIXED | {"reaches": {"a1": ((0.0,) * 4, (0.0,) * 3)}}, "the goal of a1 has 3 numbers, not 4"),
+        (MIXED | {"reaches": {"a1": ((0.0,) * 4,)}}, "the way of a1 has 1 ends, not 2"),
+    ],
+)
+def test_intervals_that_do_not_fit(recording, interval, words):
+    (line,) = complaints(dataclasses.replace(recording, intervals=(IntervalRecord(**interval),))).splitlines()
+    assert line.startswith("recording.intervals[0]: ")
+    assert words in line
+
+
+def test_intervals_twice(recording):
+    twice = (IntervalRecord(**DRIVE), IntervalRecord(**DRIVE))
+    assert "is of the same step and phase" in complaints(dataclasses.replace(recording, intervals=twice))
+
+
+def test_actions_relabelled(recording):
+    """What an interval carries is no longer carried."""
+    carry = recording.steps[2]
+    changed = dataclasses.replace(carry, actions=({**carry.actions[0], "kind": "release"},))
+    wrong = dataclasses.replace(recording, steps=(*recording.steps[:2], changed, *recording.steps[3:]))
+    assert "o1 is not carried in step 2" in complaints(dataclasses.replace(wrong, intervals=(IntervalRecord(**CARRY),)))
 
 
 def test_all_reasons_at_once(recording):
