@@ -1,4 +1,4 @@
-"""The samples themselves: finite numbers, evenly spaced in time, as many as the simulation made."""
+"""The samples themselves: numbers of a sane size, evenly spaced in time, as many as the simulation made."""
 
 from __future__ import annotations
 
@@ -18,6 +18,11 @@ SAME_INSTANT = 1e-9
 UNIT_LENGTH = 1e-3
 """A quaternion this far from unit length is none; integration keeps far closer."""
 
+LARGEST_OTHER = 1e6
+"""[m], [rad], [m/s], [rad/s]: no run comes near."""
+LARGEST = {"time": 1e7, "lyapunov": 1e300}
+"""[s]; [J], where spheres that all but touch make V as large as one likes."""
+
 
 def data_violations(recording: Recording, scenario: Scenario) -> Iterator[Violation]:
     """Numbers that are none, and samples that are missing."""
@@ -25,13 +30,14 @@ def data_violations(recording: Recording, scenario: Scenario) -> Iterator[Violat
         yield Violation("data", (), "the recording holds no samples")
         return
     for name, array in _named_arrays(recording).items():
-        bad = _not_finite(array)
+        bad = _unusable(name, array)
         if bad.any():
             sample = int(np.argmax(bad))
-            yield Violation("data", (name,), f"{name} is not finite", *_place(recording, sample))
+            finite = np.isfinite(array[sample]).all()
+            what = f"{name} is beyond {_bound(name):g}" if finite else f"{name} is not finite"
+            yield Violation("data", (name,), what, *_place(recording, sample))
     for obj in recording.objects:
-        length = np.linalg.norm(recording.pose[obj][:, :4], axis=1)
-        bad = np.abs(length - 1.0) > UNIT_LENGTH
+        bad = _not_unit(recording.pose[obj])
         if bad.any():
             sample = int(np.argmax(bad))
             yield Violation("data", (obj,), f"the quaternion of {obj} is not a unit one", *_place(recording, sample))
@@ -39,8 +45,9 @@ def data_violations(recording: Recording, scenario: Scenario) -> Iterator[Violat
 
 
 def finite_part(recording: Recording) -> Recording:
-    """The samples before the first that is not finite: nothing can be said of the rest."""
-    bad = np.any([_not_finite(array) for array in _named_arrays(recording).values()], axis=0)
+    """The samples before the first with what is no number or no rotation: nothing can be said of the rest."""
+    unusable = [_unusable(name, array) for name, array in _named_arrays(recording).items()]
+    bad = np.any([*unusable, *map(_not_unit, recording.pose.values())], axis=0)
     if not bad.any():
         return recording
     keep = int(np.argmax(bad))
@@ -61,9 +68,19 @@ def _named_arrays(recording: Recording) -> Mapping[str, np.ndarray]:
     return arrays
 
 
-def _not_finite(array: np.ndarray) -> np.ndarray:
-    """(T,)"""
-    return ~np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
+def _unusable(name: str, array: np.ndarray) -> np.ndarray:
+    """(T,) where something is not finite, or so large that computing with it overflows."""
+    return ~(np.abs(array) <= _bound(name)).all(axis=tuple(range(1, array.ndim)))
+
+
+def _bound(name: str) -> float:
+    return LARGEST.get(name, LARGEST_OTHER)
+
+
+def _not_unit(pose: np.ndarray) -> np.ndarray:
+    """(T,) where the quaternion of poses (T, 7) is none; nan is left to others."""
+    with np.errstate(over="ignore"):
+        return np.abs(np.linalg.norm(pose[:, :4], axis=1) - 1.0) > UNIT_LENGTH
 
 
 def _time_violations(recording: Recording, time_step: float) -> Iterator[Violation]:

@@ -492,6 +492,22 @@ def test_not_finite(recording, value):
     assert np.isfinite(list(verdict.min_clearance.values())).all()
 
 
+@pytest.mark.parametrize("value", [1e-200, 0.0, 2.0, 1e300])
+def test_a_quaternion_that_is_none_ends_what_is_judged(recording, value):
+    recording.pose["o1"][during(CARRY), :4] = [value, 0.0, 0.0, 0.0]
+    assert kinds(verify(recording)) == {"data", "run"}
+
+
+@pytest.mark.parametrize("field", ["q", "qd", "centre", "pose", "velocity"])
+def test_numbers_that_are_too_large(recording, field):
+    name = "o1" if field in ("pose", "velocity") else "a1"
+    getattr(recording, field)[name][during(CARRY), -1] = 1e300
+    verdict = verify(recording)
+    violation = next(v for v in verdict.violations if v.kind == "data")
+    assert violation.what == f"{field} of {name} is beyond 1e+06"
+    assert kinds(verdict) == {"data", "run"}
+
+
 def test_not_finite_from_the_start(recording):
     recording.lyapunov[0] = np.nan
     verdict = verify(recording)
@@ -512,7 +528,7 @@ def test_time(recording, spoil):
         recording.time[200:] -= 0.5
     else:
         recording.time[:] *= 2.0
-    assert only(verify(recording), "data").who == ("time",)
+    assert only(verify(_recorded_anew(recording)), "data").who == ("time",)
 
 
 def test_an_instant_logged_twice(recording):
@@ -524,7 +540,8 @@ def test_an_instant_logged_twice(recording):
 
 def test_no_quaternion(recording):
     recording.pose["o2"][during(CARRY), :4] *= 2.0
-    assert only(verify(recording), "data").who == ("o2",)
+    violation = next(v for v in verify(recording).violations if v.kind == "data")
+    assert violation.who == ("o2",)
 
 
 def _first_samples(recording: Recording, count: int) -> Recording:
@@ -532,7 +549,18 @@ def _first_samples(recording: Recording, count: int) -> Recording:
     first = _samples(recording, np.arange(count))
     last = int(first.step[-1]) + 1 if count else 0
     intervals = tuple(interval for interval in recording.intervals if interval.step < last)
-    return dataclasses.replace(first, steps=recording.steps[:last], intervals=intervals)
+    return _recorded_anew(dataclasses.replace(first, steps=recording.steps[:last], intervals=intervals))
+
+
+def _recorded_anew(recording: Recording) -> Recording:
+    """Steps that begin and end with their samples."""
+    steps = []
+    for record in recording.steps:
+        first, after = np.searchsorted(recording.step, [record.number, record.number + 1])
+        finished = bool(after < len(recording.step))
+        start, end = recording.time[first], recording.time[after if finished else -1]
+        steps.append(dataclasses.replace(record, start=start, duration=end - start, finished=finished))
+    return dataclasses.replace(recording, steps=tuple(steps))
 
 
 def _samples(recording: Recording, rows: np.ndarray) -> Recording:
