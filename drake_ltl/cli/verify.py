@@ -6,9 +6,6 @@ import argparse
 
 from drake_ltl.cli.outcome import check_writable, console, file_path, write_json
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
-from drake_ltl.execution.recording import Recording
-from drake_ltl.scenario import loads
-from drake_ltl.verification import to_json, verdict_table, verify
 
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
@@ -29,6 +26,12 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """0 if the recording satisfies its scenario, else 1."""
     check_writable(args.json, source=args.recording)
+
+    # Other commands are known by the same parser and need none of this.
+    from drake_ltl.execution.recording import Recording
+    from drake_ltl.scenario import loads
+    from drake_ltl.verification import to_json, verdict_table, verify
+
     recording = Recording.load(args.recording)
     scenario = loads(recording.scenario, source_name=str(args.recording))
     verdict = verify(recording, scenario)
