@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,10 +99,11 @@ def letters(system: TransitionSystem, propositions: list[str]) -> tuple[NDArray,
     codes, rows = np.zeros(system.n_states, dtype=np.int64), np.zeros((1, len(propositions)), dtype=bool)
     for member, column in zip(members, (*system.agent_regions.T, *system.places.T), strict=True):
         shown = [labels(scenario, member, region) for region in scenario.region_names]
-        truth, kind = np.unique([[p in s for p in propositions] for s in shown], axis=0, return_inverse=True)
-        if len(truth) > 1 or truth.any():
-            numbers = codes * len(truth) + kind.reshape(-1)[column]
-            there, codes = _renumbered(numbers, len(rows) * len(truth))
+        kinds: dict[tuple[bool, ...], int] = {}
+        kind = np.array([kinds.setdefault(tuple(p in s for p in propositions), len(kinds)) for s in shown])
+        truth = np.array(list(kinds))
+        if truth.any():
+            there, codes = _renumbered(codes * len(truth) + kind[column], len(rows) * len(truth))
             rows = rows[there // len(truth)] | truth[there % len(truth)]
     return rows, codes
 
@@ -122,13 +123,14 @@ def tabulate(automaton: Any, propositions: list[str], different: NDArray) -> Aut
         propositions: names of the P columns of `different`; at least those of the automaton.
         different: the letters, (L, P).
     """
-    variables = {automaton.register_ap(ap): different[:, propositions.index(ap.ap_name())] for ap in automaton.ap()}
+    columns = {automaton.register_ap(ap): different[:, propositions.index(ap.ap_name())] for ap in automaton.ap()}
+    read = _LetterSets({variable: _as_bits(column) for variable, column in columns.items()}, len(different))
     n_states, n_letters, n_marks = automaton.num_states(), len(different), automaton.num_sets()
     choices: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for edge in automaton.edges():
         # With no mark asked for, every run is accepting: all edges carry the one mark.
         marks = sum(1 << mark for mark in edge.acc.sets()) if n_marks else 1
-        for letter in np.flatnonzero(_holds(edge.cond, variables, n_letters)).tolist():
+        for letter in _members(read.of(edge.cond)):
             alternatives = choices.setdefault((edge.src, letter), [])
             if (edge.dst, marks) not in alternatives:
                 alternatives.append((edge.dst, marks))
@@ -141,16 +143,33 @@ def tabulate(automaton: Any, propositions: list[str], different: NDArray) -> Aut
     return Automaton(automaton.get_init_state_number(), successors, marks_met, (1 << max(n_marks, 1)) - 1)
 
 
-def _holds(condition: Any, variables: dict[int, NDArray], n_letters: int) -> NDArray[np.bool_]:
-    """(L,): for which letters a condition of an edge, a binary decision diagram, is true."""
-    buddy = importlib.import_module("buddy")  # comes with Spot
-    if condition == buddy.bddtrue:
-        return np.ones(n_letters, dtype=bool)
-    if condition == buddy.bddfalse:
-        return np.zeros(n_letters, dtype=bool)
-    high = _holds(buddy.bdd_high(condition), variables, n_letters)
-    low = _holds(buddy.bdd_low(condition), variables, n_letters)
-    return np.where(variables[buddy.bdd_var(condition)], high, low)
+class _LetterSets:
+    """For which letters a binary decision diagram is true: sets of letters as the bits of integers."""
+
+    def __init__(self, variables: dict[int, int], n_letters: int):
+        """Letters in which each variable is true."""
+        self._buddy = importlib.import_module("buddy")  # comes with Spot
+        self._variables, self._all = variables, (1 << n_letters) - 1
+        self._known = {self._buddy.bddtrue.id(): self._all, self._buddy.bddfalse.id(): 0}
+
+    def of(self, condition: Any) -> int:
+        key = condition.id()
+        if key not in self._known:
+            high, low = self.of(self._buddy.bdd_high(condition)), self.of(self._buddy.bdd_low(condition))
+            true = self._variables[self._buddy.bdd_var(condition)]
+            self._known[key] = (true & high) | (self._all & ~true & low)
+        return self._known[key]
+
+
+def _as_bits(column: NDArray[np.bool_]) -> int:
+    """The set of the rows where a column is true."""
+    return int.from_bytes(np.packbits(column, bitorder="little").tobytes(), "little")
+
+
+def _members(bits: int) -> Iterator[int]:
+    while bits:
+        yield (bits & -bits).bit_length() - 1
+        bits &= bits - 1
 
 
 def never_counts(automaton: Automaton) -> bool:

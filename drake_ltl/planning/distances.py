@@ -15,25 +15,28 @@ def distances(graph: Graph, offsets: NDArray, limit: float = np.inf) -> tuple[ND
 
     Args:
         graph: n nodes; all weights at least 1.
-        offsets: (n,), integers; inf for nodes from which no way begins.
+        offsets: (n,), integers; inf for nodes from which no way begins. Or (M, n): M searches.
         limit: ways of this length and more are not looked for.
 
     Returns:
-        The least offset + length of a way to each node, (n,), and the node before it on such a way; n if it
-        begins there, negative if there is none.
+        The least offset + length of a way to each node, as `offsets`, and the node before it on such a way; n or
+        more if it begins there, negative if there is none.
     """
-    n = graph.n_nodes
-    first = np.flatnonzero(offsets < limit)
+    n, rows = graph.n_nodes, np.atleast_2d(offsets)
+    search, first = np.nonzero(rows < limit)
+    extra = np.searchsorted(search, np.arange(1, len(rows) + 1))  # one more node for each search, where it begins
     matrix = csr_array(
         (
-            np.append(graph.weights, offsets[first] + 1.0),  # no edge of weight zero
-            np.append(graph.targets, first.astype(np.int32)),
-            np.append(graph.starts, graph.starts[-1] + len(first)).astype(np.int32),
+            np.concatenate([graph.weights, rows[search, first] + 1.0]),  # no edge of weight zero
+            np.concatenate([graph.targets, first.astype(np.int32)]),
+            np.concatenate([graph.starts, graph.starts[-1] + extra.astype(np.int32)]),
         ),
-        shape=(n + 1, n + 1),
+        shape=(n + len(rows), n + len(rows)),
     )
-    distance, before = dijkstra(matrix, indices=n, return_predecessors=True, limit=limit + 1.0)
-    return distance[:n] - 1.0, before[:n]
+    sources = np.arange(n, n + len(rows))
+    distance, before = dijkstra(matrix, indices=sources, return_predecessors=True, limit=limit + 1.0)
+    shape = (*offsets.shape[:-1], n)
+    return (distance[:, :n] - 1.0).reshape(shape), before[:, :n].reshape(shape)
 
 
 def single(n: int, node: int) -> NDArray[np.float64]:

@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_ltl.planning.distances import distances, least, single, way
+from drake_ltl.planning.distances import distances, least
+from drake_ltl.planning.marks import Marks
 from drake_ltl.planning.product import Graph, Part
 
 
@@ -33,115 +34,83 @@ class Layers:
 
 
 @dataclass(frozen=True, eq=False)
-class Marks:
-    """How far the marks are, each by itself.
+class Priced:
+    """Marks, and where loops may begin.
 
     Attributes:
-        part: n nodes, e edges.
-        full: all marks, M of them.
+        marks: M of them, in a part with n nodes and e edges.
         prices: (n,), what it costs to begin a loop at each node; inf if none may begin there.
     """
 
-    part: Part
-    full: int
+    marks: Marks
     prices: NDArray[np.float64]
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """(n,): no loop that begins in a node has less price + weight."""
+        return self.prices + self.marks.round_about
 
     @cached_property
     def begun(self) -> NDArray[np.float64]:
         """(n,): the least price + way from any root."""
-        return distances(self.part.graph, self.prices)[0]
+        return distances(self.marks.part.graph, self.prices)[0]
 
     @cached_property
     def passed(self) -> NDArray[np.float64]:
         """(M, n): the least price + way from any root by way of each mark."""
-        part, sources = self.part, self.part.graph.sources
-        by_edge = self.begun[sources] + part.graph.weights
-        return np.array([distances(part.graph, self._least(part.graph.targets, by_edge, m))[0] for m in self._each])
-
-    @cached_property
-    def ahead(self) -> NDArray[np.float64]:
-        """(M, n): the least way that ends with an edge with each mark."""
-        return np.array([tree[0] for tree in self._trees])
-
-    @cached_property
-    def since(self) -> NDArray[np.float64]:
-        """(M, n): the least way from the end of an edge with each mark."""
-        part = self.part
-        ends = (
-            np.where(self._least(part.graph.targets, part.graph.weights, m) < np.inf, 0.0, np.inf) for m in self._each
-        )
-        return np.array([distances(part.graph, offsets)[0] for offsets in ends])
+        graph, sources = self.marks.part.graph, self.marks.part.graph.sources
+        return distances(graph, self.marks.least(graph.targets, self.begun[sources] + graph.weights))[0]
 
     @cached_property
     def home(self) -> NDArray[np.float64]:
         """(n,): the least way to any root."""
         if np.isfinite(self.prices).all():
-            return np.zeros(self.part.n_nodes)
-        return distances(self._back, np.where(np.isfinite(self.prices), 0.0, np.inf))[0]
+            return np.zeros(len(self.prices))
+        return distances(self.marks.back, np.where(np.isfinite(self.prices), 0.0, np.inf))[0]
 
     @cached_property
     def homeward(self) -> NDArray[np.float64]:
         """(M, n): the least way by way of each mark to any root."""
         if np.isfinite(self.prices).all():
-            return self.ahead
-        graph, sources = self.part.graph, self.part.graph.sources
+            return self.marks.ahead
+        graph, sources = self.marks.part.graph, self.marks.part.graph.sources
         by_edge = graph.weights + self.home[graph.targets]
-        return np.array([distances(self._back, self._least(sources, by_edge, m))[0] for m in self._each])
-
-    @property
-    def bound(self) -> float:
-        """No loop costs less: it passes by every mark."""
-        return float(self.passed.max(axis=0).min())
+        return distances(self.marks.back, self.marks.least(sources, by_edge))[0]
 
     def some_loop(self) -> tuple[list[int], float]:
         """A loop (its first node stands at its end too) and price + weight: the nearest mark first, all of them
         from the cheapest node to see where this leads, and again from there."""
-        first = self._collect(int(np.argmin(self.prices)))
-        return min((self._closed(self._collect(at)) for at in (first[0], first[-1])), key=lambda loop: loop[1])
+        marks, first = self.marks, self.marks.collect(int(np.argmin(self.prices)))
+        return min(
+            (self.begun_best(marks.closed(marks.collect(at))) for at in (first[0], first[-1])), key=lambda loop: loop[1]
+        )
 
-    @property
-    def _each(self) -> range:
-        return range(self.full.bit_length())
-
-    @cached_property
-    def _trees(self) -> list[tuple[NDArray, NDArray]]:
-        sources, weights = self.part.graph.sources, self.part.graph.weights
-        return [distances(self._back, self._least(sources, weights, m)) for m in self._each]
-
-    @cached_property
-    def _back(self) -> Graph:
-        return self.part.graph.reversed()
-
-    def _least(self, nodes: NDArray, values: NDArray, mark: int) -> NDArray[np.float64]:
-        edges = np.flatnonzero((self.part.marks & (1 << mark)) != 0)
-        return least(self.part.n_nodes, nodes[edges], values[edges])
-
-    def _collect(self, node: int) -> list[int]:
-        """A walk from a node that meets all marks, always on to the nearest."""
-        graph, walk, missing = self.part.graph, [node], self.full
-        while missing:
-            mark = min((m for m in self._each if missing >> m & 1), key=lambda m: self.ahead[m, walk[-1]])
-            walk += way(self._trees[mark][1], walk[-1])[-2::-1]
-            edges = np.arange(graph.starts[walk[-1]], graph.starts[walk[-1] + 1])
-            edges = edges[self.part.marks[edges] >> mark & 1 > 0]
-            edge = edges[np.argmin(graph.weights[edges])]
-            walk.append(int(graph.targets[edge]))
-            missing &= ~int(self.part.marks[edge])
-        return walk
-
-    def _closed(self, walk: list[int]) -> tuple[list[int], float]:
-        """A walk that meets all marks, closed to a loop that begins where that is cheapest."""
-        graph = self.part.graph
-        loop = walk[:-1] + way(distances(graph, single(graph.n_nodes, walk[-1]))[1], walk[0])
+    def begun_best(self, loop: list[int]) -> tuple[list[int], float]:
+        """A loop, begun in the one of its nodes where that is cheapest, and its price + weight."""
         root = min(range(len(loop)), key=lambda i: self.prices[loop[i]])
         loop = loop[root:-1] + loop[: root + 1]
         return loop, float(self.prices[loop[0]] + sum(map(self._lightest, loop[:-1], loop[1:])))
 
     def _lightest(self, node: int, after: int) -> float:
         """The weight that may be added for a step: that of the heaviest of parallel edges, whose marks count."""
-        graph = self.part.graph
+        graph = self.marks.part.graph
         edges = slice(graph.starts[node], graph.starts[node + 1])
         return float(graph.weights[edges][graph.targets[edges] == after].max())
+
+    def within(self, roots: NDArray, limit: float) -> tuple[Priced, NDArray[np.int64]]:
+        """What loops of less price + weight than a limit can use that begin in some nodes, (R,); and the nodes of
+        this part that its nodes are."""
+        graph, n = self.marks.part.graph, len(self.prices)
+        prices = least(n, roots, self.prices[roots])
+        begun = distances(graph, prices, limit)[0]
+        home = distances(self.marks.back, least(n, roots, np.zeros(len(roots))), limit)[0]
+        nodes = np.flatnonzero(begun + home < limit)
+        edges = np.flatnonzero(begun[graph.sources] + graph.weights + home[graph.targets] < limit)
+        number = np.full(n, -1, dtype=np.int32)
+        number[nodes] = np.arange(len(nodes))
+        smaller = Graph.of(len(nodes), number[graph.sources[edges]], number[graph.targets[edges]], graph.weights[edges])
+        part = Part(smaller, self.marks.part.marks[edges], self.marks.part.nodes[nodes])
+        return Priced(Marks(part, self.marks.full), prices[nodes]), nodes
 
     def layers(self, limit: float, most_edges: int) -> Layers | None:
         """The layers without what only loops of price + weight `limit` or more can use.
@@ -149,7 +118,7 @@ class Marks:
         Returns:
             None if there are more than `most_edges` edges.
         """
-        part, graph, n = self.part, self.part.graph, self.part.n_nodes
+        part, graph, full = self.marks.part, self.marks.part.graph, self.marks.full
         so_far, to_come = _of_sets(self.passed, self.begun), _of_sets(self.homeward, self.home)
         alive = so_far + to_come[::-1] < limit
         somewhere, sources = alive.any(axis=0), graph.sources
@@ -157,13 +126,13 @@ class Marks:
         useful = np.flatnonzero(useful & (self.begun[sources] + graph.weights < limit))
         sources, targets = sources[useful], graph.targets[useful]
         weights, marks = graph.weights[useful], part.marks[useful]
-        number = np.full((self.full + 1, n), -1, dtype=np.int32)
+        number = np.full((full + 1, part.n_nodes), -1, dtype=np.int32)
         number[alive] = np.arange(np.count_nonzero(alive))
         pieces, n_edges = [], 0
-        for collected in range(self.full + 1):
+        for collected in range(full + 1):
             row = np.flatnonzero(alive[collected][sources])
             after = collected | marks[row]
-            left = so_far[collected][sources[row]] + weights[row] + to_come[self.full ^ after, targets[row]]
+            left = so_far[collected][sources[row]] + weights[row] + to_come[full ^ after, targets[row]]
             kept = left < limit
             row, after = row[kept], after[kept]
             pieces.append((number[collected, sources[row]], number[after, targets[row]], weights[row]))
@@ -172,8 +141,7 @@ class Marks:
                 return None
         starts, ends, lengths = (np.concatenate(column) for column in zip(*pieces, strict=True))
         sound = np.flatnonzero(ends >= 0)
-        counts = np.bincount(starts[sound], minlength=np.count_nonzero(alive))
-        layered = Graph(np.concatenate([[0], np.cumsum(counts)]).astype(np.int32), ends[sound], lengths[sound])
+        layered = Graph.of(np.count_nonzero(alive), starts[sound], ends[sound], lengths[sound])
         roots = np.flatnonzero(alive[0] & alive[-1] & (self.prices < limit))
         return Layers(layered, np.nonzero(alive)[1], number[0, roots], number[-1, roots])
 

@@ -1,8 +1,9 @@
 """The cheapest loop through any of many roots, each with a price of its own for getting there.
 
-Branch and bound over sets of roots: one shortest-path tree from a whole set, in which each root starts with its
-price, bounds from below what any member of the set can cost. If the set's best path ends in the root it began in,
-the bound is met; otherwise the set is split so that the two ends of the path fall apart.
+Few roots in a small graph are searched one by one. Otherwise it is branch and bound over sets of roots: one
+shortest-path tree from a whole set, in which each root starts with its price, bounds from below what any member of
+the set can cost. If the set's best path ends in the root it began in, the bound is met; else the set is split so that
+the two ends of the path fall apart.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from drake_ltl.planning.distances import distances, least
+from drake_ltl.planning.distances import distances, least, way
 from drake_ltl.planning.product import Graph
 
+MOST_AT_ONCE = 1 << 17
+"""Roots x edges that are rather searched one root after the other."""
 FIRST_PRUNING = 4
 """So many trees are grown before the graph is cut down for the first time."""
 
@@ -50,6 +53,27 @@ class Loop:
 
 def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
     """The loop of least price + weight below `limit`; None if there is none."""
+    at_once = len(problem.roots) * len(problem.graph.targets) <= MOST_AT_ONCE
+    return _by_each(problem, limit) if at_once else _by_sets(problem, limit)
+
+
+def _by_each(problem: LoopProblem, limit: float) -> Loop | None:
+    """A search from each root."""
+    roots, prices = problem.roots, problem.prices
+    if not len(roots) or not prices.min() < limit:
+        return None
+    distance, before = dijkstra(
+        problem.graph.matrix(), indices=roots, return_predecessors=True, limit=limit - prices.min()
+    )
+    weights = prices[:, None] + np.take_along_axis(distance, problem.goals, axis=1)
+    root, goal = np.unravel_index(np.argmin(weights), weights.shape)
+    if not weights[root, goal] < limit:
+        return None
+    return Loop(int(root), tuple(way(before[root], problem.goals[root, goal])), float(weights[root, goal]))
+
+
+def _by_sets(problem: LoopProblem, limit: float) -> Loop | None:
+    """Branch and bound."""
     tree = _Tree(problem)
     bounds, best, ticket = problem.prices.copy(), None, count()
     queue = [(0.0, next(ticket), np.arange(len(bounds)))]
@@ -114,10 +138,9 @@ class _Tree:
         number = np.full(n, len(kept), dtype=np.int32)  # all others become one node that nothing leads to
         number[kept] = np.arange(len(kept))
         edges = np.flatnonzero(begun[graph.sources] + graph.weights + left[graph.targets] < limit)
-        counts = np.bincount(number[graph.sources[edges]], minlength=len(kept) + 1)
-        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         self._nodes = np.append(self._nodes[kept], -1)
-        smaller = Graph(starts, number[graph.targets[edges]], graph.weights[edges])
+        ends = number[graph.sources[edges]], number[graph.targets[edges]]
+        smaller = Graph.of(len(kept) + 1, *ends, graph.weights[edges])
         self._set(smaller, number[self._roots], number[self._goals])
         return self._roots == len(kept)
 

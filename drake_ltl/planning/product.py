@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from drake_ltl.planning.automaton import Automaton
-from drake_ltl.planning.transition_system import TransitionSystem
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +24,21 @@ class Graph:
     weights: NDArray[np.float64]
     """(e,)"""
 
+    @classmethod
+    def of(cls, n_nodes: int, sources: NDArray, targets: NDArray, weights: NDArray) -> Graph:
+        """Edges given one by one, (e,) each, sorted by source."""
+        starts = np.zeros(n_nodes + 1, dtype=np.int32)
+        np.cumsum(np.bincount(sources, minlength=n_nodes), out=starts[1:])
+        return cls(starts, targets, weights)
+
     @property
     def n_nodes(self) -> int:
         return len(self.starts) - 1
 
-    @property
-    def sources(self) -> NDArray[np.int64]:
+    @cached_property
+    def sources(self) -> NDArray[np.int32]:
         """(e,): node in which each edge begins."""
-        return np.repeat(np.arange(self.n_nodes), np.diff(self.starts))
+        return np.repeat(np.arange(self.n_nodes, dtype=np.int32), np.diff(self.starts))
 
     def reversed(self) -> Graph:
         """The same with all edges turned round."""
@@ -50,57 +57,48 @@ class Product:
     graph: Graph
     marks: NDArray[np.int64]
     """(e,): marks met on each edge."""
-    initial: NDArray[np.int64]
-    """Nodes in which a run begins."""
     n_system: int
     """S."""
     parallel: bool = True
     """Whether there may be several edges between the same nodes."""
 
 
-def multiply(system: TransitionSystem, letter: NDArray, weights: NDArray, automaton: Automaton, start: int) -> Product:
+def multiply(system: Graph, letter: NDArray, automaton: Automaton, roots: bool = False) -> Product:
     """TS x BA.
 
     Args:
-        system: the transition system.
+        system: the transition system, S states.
         letter: (S,), the letter of each of its states.
-        weights: (E,), weight of each of its transitions.
         automaton: reads letters.
-        start: state of the system in which the run begins; the automaton reads its letter first.
-
-    Returns:
-        Nodes whose state of the automaton is not entered by their letter have no edges: no run reaches them.
+        roots: whether there also are the nodes (initial state, s), in which nothing has been read. Otherwise nodes
+            whose state of the automaton is not entered by their letter have no edges: no run reaches them.
     """
-    n_system, n_automaton = system.n_states, automaton.n_states
-    shown, read = letter[system.sources], letter[system.targets]
+    n_system, states = system.n_nodes, np.arange(system.n_nodes, dtype=np.int32)
     entered, goes_on = _entered(automaton), (automaton.successors >= 0).any(axis=2)
-    successors = automaton.successors.astype(np.int32)
-    counts, targets, marks, weight = [], [], [], []
-    for q in range(n_automaton):
-        edge = np.flatnonzero(entered[q][shown] & goes_on[q][read])
-        successor = successors[q][read[edge]].reshape(-1)
-        met = automaton.marks[q][read[edge]].reshape(-1)
+    if roots:
+        entered[automaton.initial] = True
+    pieces = []
+    for q in range(automaton.n_states):
+        edge = np.flatnonzero(entered[q][letter][system.sources] & goes_on[q][letter][system.targets])
+        target = system.targets[edge]
+        onto = (automaton.successors[q].astype(np.int32) * np.int32(n_system))[letter] + states[:, None]
+        after, met = onto[target].reshape(-1), automaton.marks[q][letter][target].reshape(-1)
         if not automaton.deterministic:
-            there = np.flatnonzero(successor >= 0)
-            edge, successor, met = edge[there // successors.shape[2]], successor[there], met[there]
-        counts.append(np.bincount(system.sources[edge], minlength=n_system))
-        targets.append(successor * np.int32(n_system) + system.targets[edge])
-        marks.append(met)
-        weight.append(weights[edge])
-    starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
-    graph = Graph(starts, np.concatenate(targets), np.concatenate(weight))
-    first = automaton.successors[automaton.initial, letter[start]]
-    initial = np.unique(first[first >= 0]) * n_system + start
-    return Product(graph, np.concatenate(marks), initial, n_system, parallel=not automaton.deterministic)
+            there = np.flatnonzero(after >= 0)
+            edge, after, met = edge[there // onto.shape[1]], after[there], met[there]
+        counts = np.bincount(system.sources[edge], minlength=n_system)
+        pieces.append((counts, after, system.weights[edge], met))
+    counts, targets, weights, marks = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    return Product(Graph(starts, targets, weights), marks, n_system, parallel=not automaton.deterministic)
 
 
 def _entered(automaton: Automaton) -> NDArray[np.bool_]:
-    """(Q, L): which letters lead into which states; any may be shown in the initial one, where runs begin."""
+    """(Q, L): which letters lead into which states."""
     entered = np.zeros(automaton.successors.shape[:2], dtype=bool)
     _, letter, _ = np.indices(automaton.successors.shape)
     there = automaton.successors >= 0
     entered[automaton.successors[there], letter[there]] = True
-    entered[automaton.initial] = True
     return entered
 
 
@@ -120,29 +118,13 @@ class Part:
         return len(self.nodes)
 
 
-def accepting_part(product: Product, component: NDArray) -> Part:
-    """What `accepting` found, by itself."""
-    graph, sources = product.graph, product.graph.sources
-    begins = component[sources]
-    kept = np.flatnonzero((begins >= 0) & (begins == component[graph.targets]))
-    nodes = np.flatnonzero(component >= 0)
-    local = np.full(graph.n_nodes, -1, dtype=np.int32)
-    local[nodes] = np.arange(len(nodes))
-    counts = np.bincount(local[sources[kept]], minlength=len(nodes))
-    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    return Part(Graph(starts, local[graph.targets[kept]], graph.weights[kept]), product.marks[kept], nodes)
-
-
-def accepting(product: Product, reachable: NDArray[np.bool_], full: int) -> NDArray[np.int64]:
-    """The nodes that lie on accepting loops, as strongly connected components.
+def accepting_part(product: Product, reachable: NDArray[np.bool_], full: int) -> Part:
+    """The strongly connected components whose edges carry all marks.
 
     Args:
         product: n nodes.
         reachable: (n,), which nodes a run can reach.
         full: all marks.
-
-    Returns:
-        (n,): number of the component, or -1 for a node outside all components whose edges carry all marks.
     """
     graph, sources = product.graph, product.graph.sources
     matrix = graph.matrix()
@@ -154,4 +136,9 @@ def accepting(product: Product, reachable: NDArray[np.bool_], full: int) -> NDAr
     inside = np.flatnonzero((begins >= 0) & (begins == component[graph.targets]))
     collected = np.zeros(n_components, dtype=np.int64)
     np.bitwise_or.at(collected, begins[inside], product.marks[inside])
-    return np.where(reachable & (collected == full)[component], component, -1)
+    good = collected == full
+    kept, nodes = inside[good[begins[inside]]], np.flatnonzero(reachable & good[component])
+    local = np.full(graph.n_nodes, -1, dtype=np.int32)
+    local[nodes] = np.arange(len(nodes))
+    smaller = Graph.of(len(nodes), local[sources[kept]], local[graph.targets[kept]], graph.weights[kept])
+    return Part(smaller, product.marks[kept], nodes)

@@ -9,7 +9,6 @@ the loops that only later rounds close, over profiles: that is exact for every a
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,12 +16,13 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton, never_counts
-from drake_ltl.planning.distances import distances, way
-from drake_ltl.planning.layers import Marks
+from drake_ltl.planning.distances import distances, least, way
+from drake_ltl.planning.layers import Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
-from drake_ltl.planning.product import Graph, Part, Product, accepting, accepting_part, multiply
+from drake_ltl.planning.marks import Features, Marks
+from drake_ltl.planning.product import Graph, Part, Product, accepting_part, multiply
 from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
-from drake_ltl.planning.shares import LeastLoop, layered_loop, shared_out
+from drake_ltl.planning.shares import least_loop
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.planning.weights import COST_UNIT, lexicographic
 
@@ -54,9 +54,11 @@ class _Prefixes:
     before: NDArray[np.int32]
 
     @classmethod
-    def of(cls, product: Product) -> _Prefixes:
+    def of(cls, product: Product, letter: NDArray, automaton: Automaton, start: int) -> _Prefixes:
+        """A run begins in state `start` of TS, whose letter the automaton has read."""
+        first = automaton.successors[automaton.initial, letter[start]]
         offsets = np.full(product.graph.n_nodes, np.inf)
-        offsets[product.initial] = 0.0
+        offsets[first[first >= 0] * product.n_system + start] = 0.0
         return cls(product, *distances(product.graph, offsets))
 
     def path(self, node: int) -> list[int]:
@@ -92,35 +94,28 @@ def cheapest_lasso(
     Raises:
         SearchLimitError: the product is too large.
     """
-    system = _readable(system, letter, automaton)
     _check_size(system, automaton)
     largest = max(alpha, beta) * float(system.costs.max(initial=0.0))
-    weights = lexicographic(beta * system.costs, system.actions, largest)
-    product = multiply(system, letter, weights, automaton, start)
-    if alpha == beta:
-        prefixes = _Prefixes.of(product)
-    else:
-        other = lexicographic(alpha * system.costs, system.actions, largest)
-        prefixes = _Prefixes.of(multiply(system, letter, other, automaton, start))
-    component = accepting(product, np.isfinite(prefixes.distance), automaton.full)
-    if not (component >= 0).any():
-        return None
-    part = accepting_part(product, component)
-    return _Search(system, letter, automaton, weights, prefixes, part).run()
+
+    def product_with(weight: float) -> Product:
+        weights = lexicographic(weight * system.costs, system.actions, largest)
+        return multiply(_graph(system, weights), letter, automaton)
+
+    product = product_with(beta)
+    prefixes = _Prefixes.of(product if alpha == beta else product_with(alpha), letter, automaton, start)
+    part = accepting_part(product, np.isfinite(prefixes.distance), automaton.full)
+    return _Search(system, letter, automaton, prefixes, Marks(part, automaton.full)).run() if part.n_nodes else None
 
 
 def has_lasso(system: TransitionSystem, letter: NDArray, automaton: Automaton, start: int) -> bool:
     """Whether any run from `start` is accepted."""
-    system = _readable(system, letter, automaton)
-    product = multiply(system, letter, np.ones(system.n_transitions), automaton, start)
-    reachable = np.isfinite(_Prefixes.of(product).distance)
-    return bool((accepting(product, reachable, automaton.full) >= 0).any())
+    product = multiply(_graph(system, np.ones(system.n_transitions)), letter, automaton)
+    reachable = np.isfinite(_Prefixes.of(product, letter, automaton, start).distance)
+    return accepting_part(product, reachable, automaton.full).n_nodes > 0
 
 
-def _readable(system: TransitionSystem, letter: NDArray, automaton: Automaton) -> TransitionSystem:
-    """TS without transitions between states whose letters no state of the automaton reads."""
-    readable = (automaton.successors >= 0).any(axis=(0, 2))[letter]
-    return system if readable.all() else system.keep(readable[system.sources] & readable[system.targets])
+def _graph(system: TransitionSystem, weights: NDArray) -> Graph:
+    return Graph.of(system.n_states, system.sources, system.targets, weights)
 
 
 def _check_size(system: TransitionSystem, automaton: Automaton) -> None:
@@ -141,31 +136,30 @@ class ClosedLoop:
 
 
 def closed_loop(
-    part: Part,
-    full: int,
+    marks: Marks,
     prices: NDArray,
-    features: Callable[[NDArray], NDArray],
+    features: Features,
     limit: float = np.inf,
+    known: list[int] | None = None,
 ) -> ClosedLoop:
     """The cheapest loop with all marks, closed in the product.
 
     Args:
-        part: n nodes.
-        full: all marks.
+        marks: of a part with n nodes.
         prices: (n,), what it costs to begin a loop at each node; finite for some.
         features: of nodes of the product, for `LoopProblem`.
         limit: no loop of this price + weight or more is looked for; if there is none below, any is returned.
+        known: any loop with all marks, as in `ClosedLoop`.
     """
-    marks = Marks(part, full, prices)
-    nodes, weight = marks.some_loop()
-    if full >= MOST_LAYERS:
-        return ClosedLoop(nodes, weight, marks.bound)
-    below = min(weight + 1.0, limit)  # weights are integers: the loop known already stays
-    found = layered_loop(marks, features, below, MOST_LAYERED_EDGES)
-    least = shared_out(marks, features, below, MOST_LAYERED_EDGES) if found is None else LeastLoop(*found, found[1])
-    if least.nodes:
-        return ClosedLoop(least.nodes, least.weight, least.bound)
-    return ClosedLoop(nodes, weight, min(least.bound, weight))
+    priced = Priced(marks, prices)
+    nodes, weight = priced.begun_best(known) if known else priced.some_loop()
+    if marks.full >= MOST_LAYERS:
+        return ClosedLoop(nodes, weight, float(priced.bounds.min()))
+    # Weights are integers: below the next one, the loop known already is found if there is no better one.
+    found = least_loop(priced, features, min(weight + 1.0, limit), MOST_LAYERED_EDGES)
+    if found.nodes:
+        return ClosedLoop(found.nodes, found.weight, found.bound)
+    return ClosedLoop(nodes, weight, min(found.bound, weight))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,43 +167,47 @@ class _Search:
     system: TransitionSystem
     letter: NDArray
     automaton: Automaton
-    weights: NDArray
     prefixes: _Prefixes
-    part: Part
+    marks: Marks
 
     def run(self) -> Lasso:
-        to_node = self.prefixes.distance[self.part.nodes]
-        to_state = self.prefixes.by_state().min(axis=0)[self.part.nodes % self.system.n_states]
+        to_node = self.prefixes.distance[self._nodes]
+        to_state = self.prefixes.by_state().min(axis=0)[self._nodes % self.system.n_states]
         bound, nearest = float(to_state.min()), bool((to_state == to_node).all())
-        settled = never_counts(self.automaton)
+        settled, known = never_counts(self.automaton), None
         if settled and not nearest:
             relaxed = self._closed(to_state)
             lasso = self._closed_anyhow(relaxed)
             if lasso is not None:
                 return lasso
-            bound = relaxed.bound
-        closed = self._closed(to_node)
+            bound, known = relaxed.bound, relaxed.nodes
+        closed = self._closed(to_node, known)
         if settled and nearest:
             bound = closed.bound
-        lasso = self._lasso(int(self.part.nodes[closed.nodes[0]]), self._states(closed))
+        lasso = self._lasso(int(self._nodes[closed.nodes[0]]), self._states(closed))
         if closed.weight == bound:
             return lasso
         if closed.weight > closed.bound:
             return replace(lasso, optimal=False, gap=gap_between(bound, closed.weight))
-        return self._over_profiles(lasso, closed.weight, bound)
+        return self._over_profiles(lasso, closed.weight, bound, self._usable(to_state, settled, closed.weight))
 
-    def _closed(self, prices: NDArray) -> ClosedLoop:
+    @property
+    def _nodes(self) -> NDArray[np.int64]:
+        """(n,): nodes of the product on accepting loops."""
+        return self.marks.part.nodes
+
+    def _closed(self, prices: NDArray, known: list[int] | None = None) -> ClosedLoop:
         """The cheapest loop of the product."""
-        return closed_loop(self.part, self.automaton.full, prices, self._features)
+        return closed_loop(self.marks, prices, self._features, known=known)
 
     def _features(self, nodes: NDArray) -> NDArray[np.int64]:
         """Objects first: to bring one back takes a team, so loops that begin elsewhere differ most in cost."""
         states, system = nodes % self.system.n_states, self.system
-        return np.column_stack([system.places[states], system.options[states], nodes // system.n_states])
+        return np.column_stack([system.places[states], system.options[states], nodes // self.system.n_states])
 
     def _states(self, closed: ClosedLoop) -> list[int]:
         """The loop's states of TS, the first one at its end again."""
-        return (self.part.nodes[closed.nodes] % self.system.n_states).tolist()
+        return (self._nodes[closed.nodes] % self.system.n_states).tolist()
 
     def _closed_anyhow(self, loop: ClosedLoop) -> Lasso | None:
         """The lasso of the loop and the shortest way to its first state, if its word is accepted."""
@@ -228,40 +226,67 @@ class _Search:
         """The shortest way to product node `root`, then a loop that begins in the same state of TS."""
         return Lasso(tuple(self.prefixes.path(root)[:-1]), tuple(states[:-1]), True, 0.0)
 
-    def _over_profiles(self, lasso: Lasso, weight: float, bound: float) -> Lasso:
+    def _usable(self, to_state: NDArray, settled: bool, weight: float) -> _Usable:
+        """What of TS loops below a weight can use: some of their rounds stay on accepting loops of the product, and
+        some one is closed there if the automaton never counts."""
+        priced = Priced(self.marks, to_state)
+        lengths = self.marks.round_about if settled else np.zeros(len(to_state))
+        part = priced.within(np.flatnonzero(to_state + lengths < weight), weight)[0].marks.part
+        n_states = self.system.n_states
+        return _Usable.of(part, n_states, least(n_states, self._nodes % n_states, lengths))
+
+    def _over_profiles(self, lasso: Lasso, weight: float, bound: float, usable: _Usable) -> Lasso:
         """Exact search for a loop that is not closed after one round and better than a lasso; the lasso itself if
         there is none, or too much to search."""
-        by_state = self.prefixes.by_state()
-        profiles = all_profiles(self.automaton, self.letter[by_state.min(axis=0) < weight], MOST_PROFILES)
+        profiles = all_profiles(self.automaton, self.letter[usable.states], MOST_PROFILES)
         if profiles is None:
             return replace(lasso, optimal=False, gap=gap_between(bound, weight))
         sound = True
-        for q, prices in enumerate(by_state):
-            later = profiles.closed_later(q) if (prices < weight).any() else None
+        for q, prices in enumerate(self.prefixes.by_state()[:, usable.states]):
+            later = profiles.closed_later(q) if (prices + usable.lengths < weight).any() else None
             if later is None:
                 continue
-            problem = self._profile_problem(*later, prices, weight)
+            problem = self._profile_problem(*later, prices, weight, usable)
             loop = None if problem is None else cheapest_loop(problem, weight)
             sound &= problem is not None
             if loop is not None:
                 weight = loop.weight
-                states = [node % self.system.n_states for node in loop.nodes]
+                states = usable.states[np.array(loop.nodes) % len(usable.states)].tolist()
                 lasso = self._lasso(q * self.system.n_states + states[0], states)
         return lasso if sound else replace(lasso, optimal=False, gap=gap_between(bound, weight))
 
-    def _profile_problem(self, reader: Automaton, final: NDArray, prices: NDArray, weight: float) -> LoopProblem | None:
+    def _profile_problem(
+        self, reader: Automaton, final: NDArray, prices: NDArray, weight: float, usable: _Usable
+    ) -> LoopProblem | None:
         """Loops of TS with words that are read to a final state; None if that is too large."""
-        system = self.system
-        starts = np.searchsorted(system.sources, np.arange(system.n_states + 1)).astype(np.int32)
-        begun = distances(Graph(starts, system.targets, self.weights), prices, weight)[0]
-        kept = begun[system.sources] + self.weights < weight
-        if reader.n_states * max(int(kept.sum()), system.n_states) > MOST_EDGES:
+        if reader.n_states * max(len(usable.graph.targets), len(usable.states)) > MOST_EDGES:
             return None
-        graph = multiply(system.keep(kept), self.letter, self.weights[kept], reader, 0).graph
-        states = np.flatnonzero(prices < weight)
-        goals = states[:, None] + np.flatnonzero(final) * system.n_states
-        roots = states + reader.initial * system.n_states
-        return LoopProblem(graph, roots, goals, prices[states], self._features(states))
+        graph = multiply(usable.graph, self.letter[usable.states], reader, roots=True).graph
+        n_states, states = len(usable.states), np.flatnonzero(prices + usable.lengths < weight)
+        goals = states[:, None] + np.flatnonzero(final) * n_states
+        roots = states + reader.initial * n_states
+        return LoopProblem(graph, roots, goals, prices[states], self._features(usable.states[states]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Usable:
+    """A few states of TS, U of them, with some of its transitions."""
+
+    graph: Graph
+    states: NDArray[np.int64]
+    """(U,)"""
+    lengths: NDArray[np.float64]
+    """(U,): no loop that begins in one of the states has less weight."""
+
+    @classmethod
+    def of(cls, part: Part, n_system: int, lengths: NDArray) -> _Usable:
+        """Those that a part of a product is made of; lengths (S,) for all states."""
+        shown, graph = part.nodes % n_system, part.graph
+        keys, first = np.unique(shown[graph.sources] * n_system + shown[graph.targets], return_index=True)
+        states, number = np.unique(np.divmod(keys, n_system), return_inverse=True)
+        sources, targets = number.reshape(2, -1)
+        smaller = Graph.of(len(states), sources, targets.astype(np.int32), graph.weights[first])
+        return cls(smaller, states, lengths[states])
 
 
 def gap_between(bound: float, weight: float) -> float:

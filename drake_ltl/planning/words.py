@@ -50,12 +50,12 @@ def _satisfies(formula: str, prefix: Sequence[Letter], cycle: Sequence[Letter]) 
 
 
 def _accepted(spot: Any, word: Any, formula: Any) -> bool:
-    """Whether the one word of an automaton satisfies a formula, and not its negation.
+    """Whether the one word of an automaton satisfies a formula: whether it does not satisfy the negation, of which
+    planning makes no automaton.
 
     Any automaton will do: to make it smaller takes longer than to read one word.
     """
-    right, wrong = (f.translate("any", "low", xargs=OPTIONS) for f in (formula, spot.formula.Not(formula)))
-    return bool(word.intersects(right) and not word.intersects(wrong))
+    return not word.intersects(spot.formula.Not(formula).translate("any", "low", xargs=OPTIONS))
 
 
 def _literals(letter: Letter, names: Sequence[str]) -> str:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from unittest import mock
+
 import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_ltl.planning.layers import Marks
+from drake_ltl.planning.layers import Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
-from drake_ltl.planning.product import Graph, Product, accepting, accepting_part
-from drake_ltl.planning.shares import layered_loop, shared_out
+from drake_ltl.planning.marks import Marks
+from drake_ltl.planning.product import Graph, Product, accepting_part
+from drake_ltl.planning.shares import layered_loop, least_loop
 from drake_ltl.planning.weights import ACTION_LIMIT, COST_UNIT, lexicographic
 
 N = 6
@@ -28,8 +31,9 @@ def graph_of(edges, n=N):
     )
 
 
+@pytest.mark.parametrize("at_once", [True, False])
 @given(edges=EDGES, prices=st.lists(st.integers(0, 9), min_size=3, max_size=3), limit=st.integers(1, 40))
-def test_cheapest_loop_against_one_search_per_root(edges, prices, limit):
+def test_cheapest_loop_against_one_search_per_root(at_once, edges, prices, limit):
     """Roots 0 to 2, each with two of the nodes 3 to 5 as goals; parallel edges occur."""
     goals = np.array([[3, 4], [4, 5], [5, 3]])
     problem = LoopProblem(graph_of(edges), np.arange(3), goals, np.array(prices, dtype=float), np.arange(3)[:, None])
@@ -44,7 +48,8 @@ def test_cheapest_loop_against_one_search_per_root(edges, prices, limit):
         if nx.has_path(oracle, root, goal)
     ]
     expected = min((cost for cost in costs if cost < limit), default=None)
-    loop = cheapest_loop(problem, float(limit))
+    with mock.patch("drake_ltl.planning.loops.MOST_AT_ONCE", 1000 if at_once else -1):
+        loop = cheapest_loop(problem, float(limit))
     if expected is None:
         assert loop is None
         return
@@ -57,20 +62,20 @@ def test_cheapest_loop_against_one_search_per_root(edges, prices, limit):
 def product_of(edges):
     """Edges (source, target, weight, marks)."""
     edges = sorted(edges, key=lambda edge: edge[0])
-    return Product(graph_of(edges), np.array([edge[3] for edge in edges], dtype=np.int64), np.array([0]), N)
+    return Product(graph_of(edges), np.array([edge[3] for edge in edges], dtype=np.int64), N)
 
 
 def test_accepting_components_carry_all_marks_inside():
     product = product_of([(0, 1, 1, 0b11), (1, 2, 1, 0b01), (2, 1, 1, 0b10), (3, 3, 1, 0b01), (4, 4, 1, 0b11)])
     reachable = np.array([True, True, True, True, False, True])
-    component = accepting(product, reachable, 0b11)
-    assert component[1] == component[2] >= 0
-    assert component[[0, 3, 4, 5]].tolist() == [-1] * 4
+    part = accepting_part(product, reachable, 0b11)
+    assert part.nodes.tolist() == [1, 2]
+    assert part.graph.targets.tolist() == [1, 0]
+    assert part.marks.tolist() == [0b01, 0b10]
 
 
 def part_of(edges):
-    product = product_of(edges)
-    return accepting_part(product, accepting(product, np.ones(N, bool), 0b11))
+    return accepting_part(product_of(edges), np.ones(N, bool), 0b11)
 
 
 @given(
@@ -95,24 +100,24 @@ def test_layers_keep_the_cheapest_loop_with_all_marks(edges, prices):
         for root, price in zip(part.nodes.tolist(), prices, strict=True)
         if nx.has_path(oracle, (root, 0), (root, 3))
     )
-    marks = Marks(part, 0b11, prices)
-    nodes, weight = marks.some_loop()
+    priced = Priced(Marks(part, 0b11), prices)
+    nodes, weight = priced.some_loop()
     assert nodes[0] == nodes[-1]
-    assert marks.bound <= best <= weight
-    layers = marks.layers(weight + 1.0, 1000)
+    assert priced.bounds.min() <= best <= weight
+    layers = priced.layers(weight + 1.0, 1000)
     roots = layers.nodes[layers.roots]
     problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], roots[:, None])
     assert cheapest_loop(problem, weight + 1.0).weight == best
-    assert marks.layers(weight + 1.0, 0) is None
+    assert priced.layers(weight + 1.0, 0) is None
     for limit in (best, weight + 1.0):
         for most_edges in (0, 12, 20, 1000):
-            least = shared_out(marks, lambda nodes: nodes[:, None], limit, most_edges)
+            least = least_loop(priced, lambda nodes: nodes[:, None], limit, most_edges)
             assert least.bound <= min(best, limit) <= least.weight
             assert least.bound == min(best, limit) or most_edges < 1000
             assert bool(least.nodes) == (least.weight < limit)
             if least.nodes:
                 assert least.nodes[0] == least.nodes[-1]
-            assert layered_loop(marks, lambda nodes: nodes[:, None], limit, 0) is None
+            assert layered_loop(priced, lambda nodes: nodes[:, None], limit, 0) is None
 
 
 @given(

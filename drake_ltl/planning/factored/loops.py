@@ -17,7 +17,8 @@ from drake_ltl.planning.factored.identities import Row, follow, sorted_row
 from drake_ltl.planning.factored.nearby import Local, Nearby
 from drake_ltl.planning.factored.waves import Step, WaveProduct, least, spread
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
-from drake_ltl.planning.product import accepting, accepting_part
+from drake_ltl.planning.marks import Marks
+from drake_ltl.planning.product import accepting_part
 from drake_ltl.planning.search import closed_loop
 
 FIRST_STEP = 1 / 32
@@ -205,12 +206,11 @@ class ClosedLoops:
     def solve(self, local: Local, limit: float) -> tuple[float, list[int]]:
         """The cheapest loop of the accepting part."""
         full = self._field.product.automaton.full
-        component = accepting(local.product, local.alive, full)
-        part = accepting_part(local.product, component)
+        part = accepting_part(local.product, local.alive, full)
         prices = local.prices[part.nodes]
         if not np.isfinite(prices).any():
             return np.inf, []
-        loop = closed_loop(part, full, prices, local.features, limit)
+        loop = closed_loop(Marks(part, full), prices, local.features, limit)
         if loop.bound < min(loop.weight, limit):
             raise SearchLimitError("too many loops are left near the best ones")
         return loop.weight, part.nodes[loop.nodes].tolist()

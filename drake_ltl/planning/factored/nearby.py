@@ -79,7 +79,7 @@ class Nearby:
         places, nothing = self._states.places[numbers // self._states.n_formations], np.zeros(0, dtype=np.int64)
         acts = np.zeros(len(steps[0]), dtype=np.int16)
         system = TransitionSystem(scenario, options, places, *steps, acts, nothing, 0)
-        whole = multiply(system, letter, steps[2], self.product.automaton, 0)
+        whole = multiply(Graph.of(len(numbers), *steps), letter, self.product.automaton, roots=True)
         begun, home = begun.reshape(-1), home.reshape(-1)
         kept = begun[whole.graph.sources] + whole.graph.weights + home[whole.graph.targets] < self.limit
         alive = begun + home < self.limit
@@ -114,10 +114,8 @@ class Local:
 def _only(product: Product, kept: NDArray[np.bool_]) -> Product:
     """The product with only some of its edges."""
     graph, edges = product.graph, np.flatnonzero(kept)
-    counts = np.bincount(graph.sources[edges], minlength=graph.n_nodes)
-    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    smaller = Graph(starts, graph.targets[edges], graph.weights[edges])
-    return Product(smaller, product.marks[edges], product.initial, product.n_system, product.parallel)
+    smaller = Graph.of(graph.n_nodes, graph.sources[edges], graph.targets[edges], graph.weights[edges])
+    return Product(smaller, product.marks[edges], product.n_system, product.parallel)
 
 
 def _steps_among(

@@ -43,12 +43,17 @@ def formulas(names, leaves=4):
 
 
 def value(*arguments, **others):
-    """(status, J, moves, actions) of a plan; None if there is none."""
+    """(status, J, moves, actions) of a plan; None if there is none. J to ten digits: it is summed up in many orders."""
     try:
         found = plan(*arguments, **others)
     except InfeasibleError:
         return None
-    return found.status, found.cost, len(found.moves), sum(len(a.agents) for move in found.moves for a in move)
+    return (
+        found.status,
+        float(f"{found.cost:.10g}"),
+        len(found.moves),
+        sum(len(a.agents) for move in found.moves for a in move),
+    )
 
 
 def assert_same(scenario, start, fits, **others):

@@ -1,0 +1,94 @@
+"""How far the marks of a product are, whatever it costs to get to where a loop begins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_ltl.planning.distances import distances, least, single, way
+from drake_ltl.planning.product import Graph, Part
+
+Features = Callable[[NDArray], NDArray]
+"""Of nodes of a product, (n,) -> (n, F): see `LoopProblem`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Ways to marks and from them.
+
+    Attributes:
+        part: n nodes, e edges.
+        full: all marks, M of them.
+    """
+
+    part: Part
+    full: int
+
+    @property
+    def each(self) -> range:
+        """The marks by their numbers."""
+        return range(self.full.bit_length())
+
+    @cached_property
+    def ahead(self) -> NDArray[np.float64]:
+        """(M, n): the least way that ends with an edge with each mark."""
+        return self._trees[0]
+
+    @cached_property
+    def since(self) -> NDArray[np.float64]:
+        """(M, n): the least way from the end of an edge with each mark."""
+        graph, offsets = self.part.graph, np.full((len(self.each), self.part.n_nodes), np.inf)
+        for mark in self.each:
+            offsets[mark, graph.targets[self._edges_with(mark)]] = 0.0
+        return distances(graph, offsets)[0]
+
+    @cached_property
+    def round_about(self) -> NDArray[np.float64]:
+        """(n,): no loop that begins in a node has less weight: it leads to each mark, and from there back."""
+        return (self.ahead + self.since).max(axis=0)
+
+    @cached_property
+    def back(self) -> Graph:
+        """The graph with all edges turned round."""
+        return self.part.graph.reversed()
+
+    def least(self, nodes: NDArray, values: NDArray) -> NDArray[np.float64]:
+        """(M, n): the least value given for each node by an edge with each mark.
+
+        Args:
+            nodes: (e,), for each edge a node.
+            values: (e,)
+        """
+        edges = map(self._edges_with, self.each)
+        return np.array([least(self.part.n_nodes, nodes[rows], values[rows]) for rows in edges])
+
+    def _edges_with(self, mark: int) -> NDArray[np.int64]:
+        return np.flatnonzero((self.part.marks & (1 << mark)) != 0)
+
+    def collect(self, node: int) -> list[int]:
+        """A walk from a node that meets all marks, always on to the nearest."""
+        graph, (distance, onwards) = self.part.graph, self._trees
+        walk, missing = [node], self.full
+        while missing:
+            mark = min((m for m in self.each if missing >> m & 1), key=lambda m: distance[m, walk[-1]])
+            walk += way(onwards[mark], walk[-1])[-2::-1]
+            edges = np.arange(graph.starts[walk[-1]], graph.starts[walk[-1] + 1])
+            edges = edges[self.part.marks[edges] >> mark & 1 > 0]
+            edge = edges[np.argmin(graph.weights[edges])]
+            walk.append(int(graph.targets[edge]))
+            missing &= ~int(self.part.marks[edge])
+        return walk
+
+    def closed(self, walk: list[int]) -> list[int]:
+        """A walk and the shortest way back to its first node, which stands at the end again."""
+        graph = self.part.graph
+        return walk[:-1] + way(distances(graph, single(graph.n_nodes, walk[-1]))[1], walk[0])
+
+    @cached_property
+    def _trees(self) -> tuple[NDArray, NDArray]:
+        """The least way to each mark from every node, (M, n), and the next node on it, (M, n)."""
+        return distances(self.back, self.least(self.part.graph.sources, self.part.graph.weights))
