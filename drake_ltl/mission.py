@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pydot
-from pydrake.systems.framework import Diagram
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram
 
-from drake_ltl.diagrams import MakeMissionDiagram
+from drake_ltl.diagrams import MakeMissionDiagram, MissionDiagram
 from drake_ltl.errors import MissingDependencyError, naming_file
 from drake_ltl.execution.runner import Run, RunMission, RunProgress
 from drake_ltl.multibody import MeasuredModels, MeasureGeometry
@@ -53,6 +54,7 @@ def simulate(
     live: bool = False,
     page: Path | None = None,
     graphviz: Path | None = None,
+    disturb: Callable[[MissionDiagram, Context], None] | None = None,
     report: Callable[[RunProgress], None] | None = None,
     announce: Callable[[str], None] = print,
 ) -> Run:
@@ -62,6 +64,7 @@ def simulate(
         live: show the run in a browser while it goes on, at a computer's own pace; `announce` is told the address.
         page: write a page here that replays the run.
         graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
+        disturb: changes the context in which the run starts, which controllers know nothing of (masses, for instance).
         report: told of the progress once per simulated second.
 
     Raises:
@@ -77,7 +80,10 @@ def simulate(
         announce(f"watch at {meshcat.web_url()}")
     if page is not None:
         StartPage(meshcat, live=live)
-    result = RunMission(diagram, num_steps=steps, report=report)
+    context = diagram.CreateStartContext()
+    if disturb is not None:
+        disturb(diagram, context)
+    result = RunMission(diagram, num_steps=steps, report=report, simulator=Simulator(diagram.diagram, context))
     if page is not None:
         recording = result.recording
         WritePage(meshcat, page, captions_of(recording), title=scenario.name, legend=legend_of(recording))

@@ -29,11 +29,17 @@ def fork() -> int:
         # Python warns of locks that other threads hold; the children here neither log nor wait for threads.
         warnings.simplefilter("ignore", DeprecationWarning)
         child = os.fork()
-    if child == 0 and sys.platform == "linux":
+    if child == 0:
+        end_with(parent)
+    return child
+
+
+def end_with(parent: int) -> None:
+    """From now on this process ends as soon as its parent does (on Linux)."""
+    if sys.platform == "linux":
         _prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
         if os.getppid() != parent:
             os._exit(1)
-    return child
 
 
 def adopt() -> None:
