@@ -1,5 +1,6 @@
 """Multirobot navigation functions: relations, obstacle function, potential and its gradient. Pure numpy."""
 
+from drake_ltl.navigation.mover_potential import MoverPotential
 from drake_ltl.navigation.potential import NavigationFunction
 from drake_ltl.navigation.realisable import RelationSets, realisable_sets
 from drake_ltl.navigation.relations import Apart, Inside, Label, Relations
@@ -19,6 +20,7 @@ __all__ = [
     "Inside",
     "Label",
     "Logarithmic",
+    "MoverPotential",
     "NavigationFunction",
     "PaperPhi",
     "PseudoHuber",

@@ -5,15 +5,16 @@ w = gamma / G^(1/kappa), and so is every psi below. They share phi's critical po
 direction of its gradient, and therefore its proof; they differ in the size of the gradient alone.
 
 Each is given as a function of L = log w in [-inf, inf], and its slope with respect to w as a logarithm, so
-that no intermediate number leaves the range of floating point numbers. Anything with the three members of `Shaping`
-will do; `check_shaping` says what is wrong with one.
+that no intermediate number leaves the range of floating point numbers. Those below have a second form for one number,
+`value_at` and `log_slope_at`: numpy takes ten times as long for it as Python. Anything with the three members of
+`Shaping` will do; `check_shaping` says what is wrong with one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import log
+from math import exp, hypot, log, log1p
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -59,6 +60,13 @@ class PseudoHuber:
     def log_slope(self, L: Array) -> Array:
         return -log(2.0 * self.delta) - 0.5 * np.logaddexp(0.0, L - 2.0 * log(self.delta))
 
+    def value_at(self, L: float) -> float:
+        s = exp(min(0.5 * L, LARGEST_EXPONENT))
+        return s * (s / (self.delta + hypot(self.delta, s)))
+
+    def log_slope_at(self, L: float) -> float:
+        return -log(2.0 * self.delta) - 0.5 * _log_1_plus_exp(L - 2.0 * log(self.delta))
+
 
 @dataclass(frozen=True)
 class Logarithmic:
@@ -74,6 +82,12 @@ class Logarithmic:
     def log_slope(self, L: Array) -> Array:
         return -log(2.0 * self.delta) - np.logaddexp(0.0, L - 2.0 * log(self.delta))
 
+    def value_at(self, L: float) -> float:
+        return 0.5 * self.delta * _log_1_plus_exp(L - 2.0 * log(self.delta))
+
+    def log_slope_at(self, L: float) -> float:
+        return -log(2.0 * self.delta) - _log_1_plus_exp(L - 2.0 * log(self.delta))
+
 
 @dataclass(frozen=True)
 class PaperPhi:
@@ -88,6 +102,17 @@ class PaperPhi:
     def log_slope(self, L: Array) -> Array:
         log_sum = np.logaddexp(0.0, self.kappa * L)
         return -(log_sum + log_sum / self.kappa)
+
+    def value_at(self, L: float) -> float:
+        return exp(-_log_1_plus_exp(-self.kappa * L) / self.kappa)
+
+    def log_slope_at(self, L: float) -> float:
+        log_sum = _log_1_plus_exp(self.kappa * L)
+        return -(log_sum + log_sum / self.kappa)
+
+
+def _log_1_plus_exp(x: float) -> float:
+    return x + log1p(exp(-x)) if x > 0.0 else log1p(exp(x))
 
 
 NAMES = ("pseudo_huber", "logarithmic", "paper")

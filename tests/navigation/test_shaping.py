@@ -108,3 +108,12 @@ def test_scenarios_name_them():
         shaping_from("huber", delta=2.0, kappa=5.0)
     with pytest.raises(InvalidInputError, match="does not increase"):
         shaping_from(Falling(), delta=2.0, kappa=5.0)
+
+
+@pytest.mark.parametrize("shaping", [PseudoHuber(0.5), Logarithmic(2.0), PaperPhi(0.5), PaperPhi(30.0)])
+def test_forms_for_one_number_agree_with_those_for_arrays(shaping):
+    L = np.array([-np.inf, *np.linspace(-1e3, 1e3, 401), np.inf])
+    with np.errstate(all="ignore"):
+        value, log_slope = shaping.value(L), shaping.log_slope(L)
+    np.testing.assert_allclose([shaping.value_at(float(x)) for x in L], value, rtol=1e-12)
+    np.testing.assert_allclose([shaping.log_slope_at(float(x)) for x in L], log_slope, rtol=1e-12)
