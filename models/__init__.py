@@ -3,6 +3,7 @@
 agents/planar_arm.urdf            holonomic base with a two-link arm, joints x, y, q1, q2
 agents/mobile_manipulator.urdf    holonomic base that turns, with an arm of six joints: x, y, yaw, q1 .. q6
 agents/mobile_manipulator_7.urdf  the same with an arm of seven joints
+bases/differential_drive.urdf     base on two driven wheels, which cannot move sideways, free on the floor
 objects/crate.sdf                 crate with a handle ring that can be grasped from all sides
 """
 

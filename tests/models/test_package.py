@@ -21,7 +21,7 @@ def test_package_xml_names_the_package():
     assert Path(packages.GetPath(PACKAGE_NAME)).samefile(package_xml().parent)
 
 
-@pytest.mark.parametrize("uri", ["agents/planar_arm.urdf", "objects/crate.sdf"])
+@pytest.mark.parametrize("uri", ["agents/planar_arm.urdf", "bases/differential_drive.urdf", "objects/crate.sdf"])
 def test_uris_resolve(uri):
     packages = PackageMap.MakeEmpty()
     packages.AddPackageXml(str(package_xml()))
