@@ -9,7 +9,6 @@ import numpy as np
 from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.geometry import Meshcat
-from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, PortSwitch, VectorLogSink
 
@@ -199,4 +198,5 @@ def _place(mission_diagram: MissionDiagram, plant_context: Context, layout: Layo
         plant.SetPositions(plant_context, parts.agents[name], start_configuration(stand, name, mission_diagram.models))
     for name, p_WO in layout.objects.items():
         body = plant.GetBodyByName(mission_diagram.models.objects[name].body_name, parts.objects[name])
-        plant.SetFreeBodyPose(plant_context, body, RigidTransform(np.asarray(p_WO)))
+        X_WO = mission_diagram.models.objects[name].pose(np.asarray(p_WO), layout.headings[name])
+        plant.SetFreeBodyPose(plant_context, body, X_WO)

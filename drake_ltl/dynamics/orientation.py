@@ -97,6 +97,34 @@ def rotation_mismatch(R_WO: np.ndarray, R_WO_goal: np.ndarray) -> tuple[float, n
     return 3.0 - Q[0, 0] - Q[1, 1] - Q[2, 2], slope
 
 
+def quaternion_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> np.ndarray:
+    """The unit quaternion (4,) of R_WB R_WA^T, the turn in W that takes A to B; for q = (w, x, y, z), of any length."""
+    a, b, c, d = q_WB.tolist()
+    e, f, g, h = q_WA.tolist()
+    turn = np.array(
+        [
+            a * e + b * f + c * g + d * h,
+            b * e - a * f + d * g - c * h,
+            c * e - a * g + b * h - d * f,
+            d * e - a * h + c * f - b * g,
+        ]
+    )
+    return turn / np.sqrt(turn @ turn)
+
+
+def quaternion_mismatch(q_WO: np.ndarray, q_WO_goal: np.ndarray) -> tuple[float, np.ndarray]:
+    """`rotation_mismatch` of quaternions (4,): 4 |v|^2 and its slope 4 w v (3,), for the difference (w, v)."""
+    turn = quaternion_difference(q_WO, q_WO_goal)
+    v = turn[1:]
+    return 4.0 * float(v @ v), 4.0 * turn[0] * v
+
+
+def heading_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> float:
+    """By how much B is turned from A about the vertical [rad], in (-pi, pi]; what is left is tilt."""
+    w, _, _, z = quaternion_difference(q_WB, q_WA)
+    return float(2.0 * np.arctan2(z, w) if w >= 0.0 else 2.0 * np.arctan2(-z, -w))
+
+
 def _value(x) -> float:
     """Of a float or an AutoDiffXd."""
     return x.value() if hasattr(x, "value") else x

@@ -83,6 +83,8 @@ def _by_member(mission: MissionDiagram, state: np.ndarray):
         velocities = plant.GetVelocitiesFromArray(instance, indices[n_q:]).astype(int)
         here, fast = (q, qd) if name in parts.agents else (pose, velocity)
         here[name], fast[name] = state[:, positions], state[:, velocities]
+    for rows in pose.values():  # the plant's discrete steps let their length grow as they turn
+        rows[:, :4] /= np.linalg.norm(rows[:, :4], axis=1, keepdims=True)
     return q, qd, pose, velocity
 
 

@@ -81,6 +81,33 @@ class AgentModel:
         return self.n > 6
 
     @cached_property
+    def yaw_direction(self) -> float:
+        """1 or -1 if the third joint turns the whole robot about the vertical (-1: clockwise as its angle grows), 0 if
+        none does: such a robot can turn what it carries."""
+        if self.n <= NUM_BASE_JOINTS:
+            return 0.0
+        q = np.concatenate([np.zeros(NUM_BASE_JOINTS), np.clip(0.0, *self.arm_limits)])
+        axes = [jacobian[:3, NUM_BASE_JOINTS] for jacobian in (self.grasp_jacobian(q), self._spatial(self._centre))]
+        direction = float(np.sign(axes[0][2]))
+        return direction if np.allclose(axes, [0.0, 0.0, direction], atol=1e-9) else 0.0
+
+    def turned(self, q: np.ndarray, angle: float) -> np.ndarray:
+        """q (n,) when all of the robot is turned by `angle` [rad] about the world's z axis.
+
+        Raises:
+            ValueError: it has no yaw joint, and the angle is not zero.
+        """
+        if angle == 0.0:
+            return q
+        if not self.yaw_direction:
+            raise ValueError(f"{self.agent.name} has no yaw joint: it cannot be turned by {angle!r} rad")
+        c, s = np.cos(angle), np.sin(angle)
+        turned = q.copy()
+        turned[:NUM_BASE_JOINTS] = c * q[0] - s * q[1], s * q[0] + c * q[1]
+        turned[NUM_BASE_JOINTS] += self.yaw_direction * angle
+        return turned
+
+    @cached_property
     def gamma_weights(self) -> np.ndarray:
         """Diagonal (n,) of the weight in gamma_z: 1 for the base [-], for the arm's joints ARM_WEIGHT [m^2/rad^2], less
         for light ones."""
@@ -126,9 +153,10 @@ class AgentModel:
 
     @property
     def posture_stiffness(self) -> np.ndarray:
-        """(n,) [N m/rad] of the spring that keeps a redundant arm's posture while it carries; none for x and y."""
+        """(n,) [N m/rad] of the spring that keeps a redundant arm's posture while it carries; none for x, y and the
+        base's yaw, which follow the load."""
         stiffness = POSTURE_FREQUENCY**2 * self.least_inertia
-        stiffness[:NUM_BASE_JOINTS] = 0.0
+        stiffness[: NUM_BASE_JOINTS + bool(self.yaw_direction)] = 0.0
         return stiffness
 
     @property
@@ -190,6 +218,14 @@ class AgentModel:
         return self.plant.CalcJacobianSpatialVelocity(
             self._context, JacobianWrtVariable.kV, frame, np.zeros(3), self._world, self._world
         )
+
+    def nearest_turn(self, q: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """q (n,) with its yaw, if that has no limits, changed by whole turns to be nearest to that of `other`."""
+        if not self.yaw_direction or np.isfinite(self.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS]):
+            return q
+        nearest = q.copy()
+        nearest[NUM_BASE_JOINTS] += 2.0 * np.pi * np.round((other - q)[NUM_BASE_JOINTS] / (2.0 * np.pi))
+        return nearest
 
     def _require_holonomic_base(self) -> None:
         along_x_and_y = np.eye(6)[:, 3 : 3 + NUM_BASE_JOINTS]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +22,17 @@ EASE = 0.03
 """How far a redundant arm's base comes closer for an e-fold of manipulability, or of room to its joints' limits [m]."""
 ROOM = 0.02
 """A redundant arm keeps this share of its joints' ranges free on either side."""
+LEAST_CLEARANCE = 2e-3
+"""Who grasps stays this clear of the object, but for its handles [m]: twice the gap with which welds are made."""
+GOOD_CLEARANCE = 0.01
+"""Who has a yaw joint grasps from beside its heading if it is less clear than this [m]."""
+SIDESTEPS = np.deg2rad([0.0, 15.0, -15.0, 30.0, -30.0])
+"""... by one of these angles [rad], the first from which it is."""
 
 
 @dataclass(frozen=True)
 class GraspConfiguration:
-    """A configuration that grasps an object standing upright with its origin at (0, 0, z)."""
+    """A configuration that grasps an object as it stands at the start, but with its origin at (0, 0, z)."""
 
     name: str
     q: np.ndarray
@@ -34,34 +41,80 @@ class GraspConfiguration:
     """The grasp frame on the object: where {E} is in {O}."""
 
 
+Clearance = Callable[[GraspConfiguration], float]
+"""How clear of the object an agent stays that grasps so [m]."""
+
+
 def grasp_configurations(
-    model: AgentModel, X_OG: RigidTransform, object_height: float
+    model: AgentModel,
+    X_OG: RigidTransform,
+    object_height: float,
+    R_WO: RotationMatrix | None = None,
+    clearance: Clearance | None = None,
 ) -> tuple[GraspConfiguration, ...]:
     """The ways in which an agent can grasp a ring around an object: along its heading, forwards or backwards.
 
-    That is all an arm in a vertical plane can do; one with a yaw joint does the same. Of all the postures in which a
-    redundant arm can do so, the one that stands far off at ease, see `comfort`.
+    That is all an arm in a vertical plane can do; one with a yaw joint does the same, or somewhat beside its heading
+    where it would come too close to the object. Of all the postures in which a redundant arm can do so, the one that
+    stands far off at ease, see `comfort`.
 
     Args:
         X_OG: the ring's grasp frame at azimuth 0, z towards the object; Rz(azimuth) X_OG is one as well.
         object_height: z of Oo in W [m].
+        R_WO: how the object stands; None if upright, at heading 0.
+        clearance: of what is less clear than LEAST_CLEARANCE no way is made; None takes all as clear.
 
     Returns:
         `plus`, reaching along the heading e(psi) (the agent stands at -e(psi) from the object), and `minus`, the
-        mirror image, as far as they exist.
+        mirror image, as far as they exist. On an object that lies on its side, each the nearest to that.
     """
-    X_WO = RigidTransform([0.0, 0.0, object_height])
-    psi = model.agent.heading
+    X_WO = RigidTransform(R_WO or RotationMatrix(), [0.0, 0.0, object_height])
     found = []
-    for name, azimuth in (("plus", psi + np.pi), ("minus", psi)):
-        X_OR = RigidTransform(RotationMatrix.MakeZRotation(azimuth), np.zeros(3)) @ X_OG
-        # a parallel gripper may be turned by half a turn about its own z axis
-        turned = [X_OR @ RigidTransform(RotationMatrix.MakeZRotation(flip), np.zeros(3)) for flip in (0.0, np.pi)]
-        solved = [(solve_grasp(model, X_WO @ X_OE), X_OE) for X_OE in turned]
-        ways = [GraspConfiguration(name, q, X_OE) for q, X_OE in solved if q is not None]
-        if ways:
-            found.append(max(ways, key=lambda way: comfort(model, way.q)))
+    for name, sign in (("plus", 1.0), ("minus", -1.0)):
+        ways = _from_sides(model, name, sign, X_OG, X_WO)
+        if clearance is not None:
+            clear = ((clearance(way), way) for way in ways)
+            ways = iter(_clearest(clear))
+        found += [way for way in (next(ways, None),) if way is not None]
     return tuple(found)
+
+
+def _from_sides(
+    model: AgentModel, name: str, sign: float, X_OG: RigidTransform, X_WO: RigidTransform
+) -> Iterator[GraspConfiguration]:
+    """The way along the heading, then those beside it that an agent with a yaw joint has."""
+    for sidestep in SIDESTEPS if model.yaw_direction else SIDESTEPS[:1]:
+        way = _grasp_along(model, name, sign, model.agent.heading + sidestep, X_OG, X_WO)
+        if way is not None:
+            yield way
+
+
+def _clearest(ways: Iterator[tuple[float, GraspConfiguration]]) -> list[GraspConfiguration]:
+    """The first that is clear enough, else the one that is most, if that will do: none or one."""
+    best, most = None, LEAST_CLEARANCE
+    for clear, way in ways:
+        if clear >= GOOD_CLEARANCE:
+            return [way]
+        if clear >= most:
+            best, most = way, clear
+    return [] if best is None else [best]
+
+
+def _grasp_along(
+    model: AgentModel, name: str, sign: float, heading: float, X_OG: RigidTransform, X_WO: RigidTransform
+) -> GraspConfiguration | None:
+    """The grasp on the ring whose approach is nearest to along `sign` e(heading), in the most comfortable posture."""
+    ahead_O = X_WO.rotation().inverse() @ (sign * np.array([np.cos(heading), np.sin(heading), 0.0]))
+    approach_O = X_OG.rotation().matrix()[:, 2]
+    if min(np.linalg.norm(ahead_O[:2]), np.linalg.norm(approach_O[:2])) < 1e-6:
+        return None  # the ring's axis lies along the heading: it has no such side
+    azimuth = np.arctan2(ahead_O[1], ahead_O[0]) - np.arctan2(approach_O[1], approach_O[0])
+    X_OR = RigidTransform(RotationMatrix.MakeZRotation(azimuth), np.zeros(3)) @ X_OG
+    # a parallel gripper may be turned by half a turn about its own z axis
+    turned = [X_OR @ RigidTransform(RotationMatrix.MakeZRotation(flip), np.zeros(3)) for flip in (0.0, np.pi)]
+    solved = [(solve_grasp(model, X_WO @ X_OE), X_OE) for X_OE in turned]
+    ways = [GraspConfiguration(name, q, X_OE) for q, X_OE in solved if q is not None]
+    return max(ways, key=lambda way: comfort(model, way.q)) if ways else None
 
 
 def solve_grasp(model: AgentModel, X_WE: RigidTransform) -> np.ndarray | None:

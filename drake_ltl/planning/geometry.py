@@ -5,6 +5,7 @@ Planning never loads a model. `drake_ltl.diagrams.MeasureGeometry` measures thes
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -16,7 +17,7 @@ class GraspOption:
     """One way in which an agent can grasp an object that stands on the floor.
 
     The offsets point from the object's origin Oo to the centre C of the agent's bounding sphere, in the world
-    frame W (objects stand upright with zero yaw).
+    frame W, for the object as it stands at the start.
     """
 
     name: str
@@ -26,6 +27,23 @@ class GraspOption:
     """Where it is once it has grasped."""
     standoff_posture: str
     """Key into `Geometry.postures` of the arm posture at the stand-off."""
+
+    def turned(self, angle: float) -> GraspOption:
+        """The same grasp of the object when it has been turned by `angle` [rad], the agent along with it."""
+        standoff, grasp = turned(self.p_OoC_standoff, angle), turned(self.p_OoC_grasp, angle)
+        return GraspOption(self.name, standoff, grasp, turned_posture(self.standoff_posture, angle))
+
+
+def turned(p: Vector3, angle: float) -> Vector3:
+    """The vector, turned about the vertical."""
+    x, y, z = p
+    c, s = math.cos(angle), math.sin(angle)
+    return p if angle == 0.0 else (c * x - s * y, s * x + c * y, z)
+
+
+def turned_posture(name: str, angle: float) -> str:
+    """Key into `Geometry.postures` of the arm posture when all of the arm is turned by `angle` [rad]."""
+    return name if angle == 0.0 else f"{name} turned by {angle:.6g}"
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from drake_ltl.planning.geometry import Vector3
 from drake_ltl.planning.plan import Action, Plan
@@ -28,6 +28,8 @@ class Layout:
     agents: Mapping[str, Stand]
     objects: Mapping[str, Vector3]
     """Origin of each object in W."""
+    headings: Mapping[str, float] = field(default_factory=dict)
+    """Yaw of each object [rad]."""
 
 
 @dataclass(frozen=True)

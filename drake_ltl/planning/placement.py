@@ -67,9 +67,10 @@ def _layout(places: Places, values: Assignment, time: int) -> Layout:
     stands = {}
     for name in timeline.agents:
         stay = places.stays.of_agent(name, time)
-        grasp = (stay.held, places.option(stay, values).name) if stay.held else None
-        stands[name] = Stand(_at(places.agent(name, time), values), places.posture(stay, values), grasp)
-    return Layout(stands, {name: _at(places.object(name, time), values) for name in timeline.objects})
+        grasp = (stay.held, places.option(stay, values, time).name) if stay.held else None
+        stands[name] = Stand(_at(places.agent(name, time), values), places.posture(stay, values, time), grasp)
+    origins = {name: _at(places.object(name, time), values) for name in timeline.objects}
+    return Layout(stands, origins, {name: places.headings.at(name, time) for name in timeline.objects})
 
 
 def _standoffs(places: Places, values: Assignment, move: int, actions: tuple[Action, ...]) -> dict[str, Stand]:
@@ -77,7 +78,7 @@ def _standoffs(places: Places, values: Assignment, move: int, actions: tuple[Act
     grasping = [action.agents[0] for action in actions if action.kind == "grasp"]
     holds = {name: places.stays.of_agent(name, after) for name in grasping}
     return {
-        name: Stand(_at(places.standoff(hold, after), values), places.option(hold, values).standoff_posture)
+        name: Stand(_at(places.standoff(hold, after), values), places.option(hold, values, after).standoff_posture)
         for name, hold in holds.items()
     }
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from drake_ltl.planning.backjumping import Assignment
 from drake_ltl.planning.geometry import Geometry, GraspOption
+from drake_ltl.planning.headings import Headings
 from drake_ltl.planning.postures import Postures, Source
 from drake_ltl.planning.spheres import Array, planar_reach, rings
 from drake_ltl.planning.stays import Stay, Stays
@@ -47,7 +48,8 @@ class Places:
     def __init__(self, scenario: Scenario, geometry: Geometry, start: Starts, stays: Stays):
         self.geometry, self.start, self.stays = geometry, start, stays
         self.regions: Mapping[str, Region] = {region.name: region for region in scenario.regions}
-        self.postures = Postures(geometry, start, stays)
+        self.headings = Headings(scenario, stays.timeline)
+        self.postures = Postures(geometry, start, stays, self.headings)
         unknowns = self._in_order_of_time()
         self._number = {stay: number for number, stay in enumerate(unknowns)}
         self._tables = {stay: self._table(stay) for stay in unknowns if stay.held is None}
@@ -71,9 +73,9 @@ class Places:
         """The ways of grasping that a hold can choose from."""
         return self.geometry.grasps.get((hold.body, hold.held), ())
 
-    def option(self, hold: Stay, values: Assignment) -> GraspOption:
-        """The one it has chosen."""
-        return self.options(hold)[values[self._number[hold]]]
+    def option(self, hold: Stay, values: Assignment, time: int) -> GraspOption:
+        """The one it has chosen, as its object is turned at a state."""
+        return self.options(hold)[values[self._number[hold]]].turned(self.headings.turn(hold.held, time))
 
     # ---- positions
 
@@ -84,11 +86,11 @@ class Places:
 
     def hold(self, hold: Stay, time: int) -> Quantity:
         """Centre of an agent that holds, where its object is at a state."""
-        return self._around(hold, time, "grasp", [option.p_OoC_grasp for option in self.options(hold)])
+        return self._around(hold, time, "p_OoC_grasp")
 
     def standoff(self, hold: Stay, time: int) -> Quantity:
         """Centre of an agent at the stand-off of a hold's option, where its object is at a state."""
-        return self._around(hold, time, "standoff", [option.p_OoC_standoff for option in self.options(hold)])
+        return self._around(hold, time, "p_OoC_standoff")
 
     def agent(self, name: str, time: int) -> Quantity:
         """Centre of an agent at a state."""
@@ -114,15 +116,16 @@ class Places:
         half = np.array([np.linalg.norm(end) / 2.0 for end in ends])
         return self._lookup(hold, np.hypot(self.geometry.agent_radius[hold.body], half))
 
-    def posture(self, stay: Stay, values: Assignment) -> str:
-        """Arm posture of an agent during a stay, once all unknowns are set."""
+    def posture(self, stay: Stay, values: Assignment, time: int) -> str:
+        """Arm posture of an agent at a state of a stay, once all unknowns are set."""
         if stay.held:
-            return self.option(stay, values).standoff_posture
+            return self.option(stay, values, time).standoff_posture
         approaches = self.stays.approaches(stay)
         if self.travels(stay) and approaches and values[self._number[stay]] == AT_STANDOFF:
-            return self.option(approaches, values).standoff_posture
+            return self.option(approaches, values, time).standoff_posture
         source = self.postures.sources(stay)[0]
-        return self.option(source, values).standoff_posture if isinstance(source, Stay) else source
+        names = self.postures.names(stay.body, source)
+        return names[values[self._number[source]]] if isinstance(source, Stay) else names[0]
 
     def by_source(self, source: Source, table: Sequence[object]) -> Quantity:
         """An entry of a table with one row for each posture that the source can set."""
@@ -140,9 +143,12 @@ class Places:
         number = self._number[stay]
         return Quantity(frozenset({number}), lambda values: table[values[number]])
 
-    def _around(self, hold: Stay, time: int, kind: str, offsets: Sequence[Sequence[float]]) -> Quantity:
+    def _around(self, hold: Stay, time: int, kind: str) -> Quantity:
+        """`kind` of a GraspOption from the object's origin; an object is turned by nothing while it stays."""
+
         def make() -> Quantity:
-            origin = self.object(hold.held, time)
+            origin, turn = self.object(hold.held, time), self.headings.turn(hold.held, time)
+            offsets = [getattr(option.turned(turn), kind) for option in self.options(hold)]
             offset = self._lookup(hold, np.array(offsets, dtype=float))
             return Quantity(origin.scope | offset.scope, lambda values: origin.value(values) + offset.value(values))
 

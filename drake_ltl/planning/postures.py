@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from drake_ltl.planning.geometry import Geometry
+from drake_ltl.planning.geometry import Geometry, turned_posture
+from drake_ltl.planning.headings import Headings
 from drake_ltl.planning.stays import Stay, Stays
 from drake_ltl.scenario.starts import Starts
 
@@ -13,8 +14,8 @@ Source = Stay | str
 class Postures:
     """The postures that each stand can have. `start` says which one each agent begins with."""
 
-    def __init__(self, geometry: Geometry, start: Starts, stays: Stays):
-        self._geometry, self._start, self._stays = geometry, start, stays
+    def __init__(self, geometry: Geometry, start: Starts, stays: Stays, headings: Headings):
+        self._geometry, self._start, self._stays, self._headings = geometry, start, stays, headings
 
     def sources(self, stand: Stay) -> tuple[Source, ...]:
         """What sets the posture of a stand. Several where the loop closes: then all must agree."""
@@ -36,10 +37,13 @@ class Postures:
         return tuple(found)
 
     def names(self, agent: str, source: Source) -> tuple[str, ...]:
-        """The posture for each option of the hold, or the one posture."""
+        """The posture for each option of the hold, as its object is turned when the hold ends, or the one posture."""
         if isinstance(source, str):
             return (source,)
-        return tuple(option.standoff_posture for option in self._geometry.grasps.get((agent, source.held), ()))
+        end = self._stays.exit(source)
+        turn = 0.0 if end is None else self._headings.turn(source.held, end[0])
+        options = self._geometry.grasps.get((agent, source.held), ())
+        return tuple(turned_posture(option.standoff_posture, turn) for option in options)
 
     def heights(self, agent: str, source: Source) -> tuple[float, ...]:
         """z [m] of the centre of the agent's sphere for each posture of `names`."""

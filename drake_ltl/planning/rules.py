@@ -242,7 +242,11 @@ class Rules:
     # ---- what the loop closes, and what nobody can do
 
     def _closing(self) -> Iterator[tuple[Hashable, Constraint]]:
-        stays = self._places.stays
+        stays, last = self._places.stays, len(self._timeline.moves) - 1
+        for name, closes in self._places.headings.closing.items():
+            if not closes:
+                stay = stays.of_object(name, self._timeline.loop)
+                yield self._never(stay, last, f"{name} would not come back to the same heading")
         for hold in stays.holds:
             if hold.initial or not self._places.options(hold):
                 yield self._never(hold, hold.times[0], f"{hold.body} has no way to grasp {hold.held}")

@@ -51,6 +51,20 @@ class TransportObject:
     """r_j^O; None means that it is measured from the model."""
     team_radius: float | None = None
     """r_{T,j}; None means that it is computed from the models."""
+    orientation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw at the start: R_WO = Rz(yaw) Ry(pitch) Rx(roll). Roll and pitch, how it lies, stay so."""
+    headings: Mapping[str, float] = field(default_factory=dict)
+    """region -> the heading with which a transport sets it down there; elsewhere it keeps the one that it has."""
+
+    @property
+    def heading(self) -> float:
+        """Its yaw at the start."""
+        return self.orientation[2]
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether some transport may have to turn it."""
+        return any(heading != self.heading for heading in self.headings.values())
 
 
 @dataclass(frozen=True)
@@ -103,6 +117,8 @@ class Tolerances:
     """... and below this speed [m/s]."""
     joint: float = 0.03
     """... with arm joints this close [rad]."""
+    angle: float = 0.03
+    """... and what is carried this close to its heading [rad]."""
     weld_position: float = 1e-3
     """Largest gap at which a weld is made [m]."""
     weld_angle: float = 1.7453292519943296e-3

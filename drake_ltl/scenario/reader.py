@@ -29,7 +29,14 @@ HEADING_STEP = 2 * math.pi / 3
 LARGEST_TIME_STEP = 0.02
 """[s]; V was seen to fall up to half of it, at this one it can rise (and the verdict then says so)."""
 
-LARGEST_TOLERANCES = {"position": 0.1, "speed": 0.5, "joint": 0.1, "weld_position": 0.01, "weld_angle": 0.05}
+LARGEST_TOLERANCES = {
+    "position": 0.1,
+    "speed": 0.5,
+    "joint": 0.1,
+    "angle": 0.1,
+    "weld_position": 0.01,
+    "weld_angle": 0.05,
+}
 """[m], [m/s], [rad]; beyond these "there", "at rest" and "grasped" mean nothing, and a verdict asks for nothing."""
 
 _CONTROLLER_READERS = {
@@ -91,7 +98,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
     known = _known(services, checks.text_keys(agents_table, objects_table), regions) if sound else {}
     team_radius = top.take("team_radius", read.positive, None)
     agents = _agents(agents_table, folder, known)
-    objects = _objects(objects_table, folder, known, team_radius)
+    objects = _objects(objects_table, folder, known, team_radius, checks.usable_names(*(r.name for r in regions)))
     checks.check_members(agents, objects, agents_table, objects_table)
     scenario = Scenario(
         name=name,
@@ -150,7 +157,11 @@ def _agents(table: Table, folder: checks.ModelFolder, known: dict[Any, tuple[str
 
 
 def _objects(
-    table: Table, folder: checks.ModelFolder, known: dict[Any, tuple[str, ...]], team_radius: float | None
+    table: Table,
+    folder: checks.ModelFolder,
+    known: dict[Any, tuple[str, ...]],
+    team_radius: float | None,
+    regions: list[str],
 ) -> tuple[TransportObject, ...]:
     objects = []
     for name, entry in table.tables():
@@ -164,10 +175,35 @@ def _objects(
                 spec=_spec(entry, known.get(name)),
                 radius=entry.take("radius", read.positive, None),
                 team_radius=entry.take("team_radius", read.positive, team_radius),
+                orientation=_orientation(entry),
+                headings=_headings(entry, regions),
             )
         )
         entry.close()
     return tuple(objects)
+
+
+def _orientation(entry: Table) -> tuple[float, float, float]:
+    """Roll, pitch and yaw: `heading` for what stands upright, or all three as `orientation`."""
+    heading = entry.take("heading", read.number, 0.0)
+    orientation = entry.take("orientation", read.numbers(3, "[roll, pitch, yaw] in rad"), None)
+    if "orientation" not in entry:
+        return 0.0, 0.0, 0.0 if heading is None else heading
+    if "heading" in entry:
+        remedy = "write one of them: the yaw is part of an orientation"
+        entry.note(entry.where("heading"), "stands beside `orientation`", remedy)
+    return orientation or (0.0, 0.0, 0.0)
+
+
+def _headings(entry: Table, regions: list[str]) -> dict[str, float]:
+    """region -> heading with which the object is set down there."""
+    table = entry.table("headings")
+    headings = {}
+    for region in table:
+        if regions and region not in regions:
+            checks.note_unknown(region, regions, "region", table)
+        headings[region] = table.take(region, read.number)
+    return headings
 
 
 def _known(services: Any, members: list[str], regions: tuple[Region, ...]) -> dict[str, tuple[str, ...]]:

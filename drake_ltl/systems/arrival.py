@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_ltl.dynamics import heading_difference
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.postures import pose_error
@@ -68,11 +69,14 @@ class Arrival:
 
     def _transport_left(self, task: TransportTask, now: Measurement) -> str:
         distance = float(np.linalg.norm(now.X_WO[task.object].translation() - task.p_goal))
+        turn = abs(heading_difference(now.X_WO[task.object].rotation().ToQuaternion().wxyz(), task.orientation_goal))
         speed = max([float(np.linalg.norm(now.V_WO[task.object][3:])), *(_fastest(now.qd[a]) for a in task.team)])
-        if distance <= self.tolerances.position and speed <= self.tolerances.speed:
+        there = distance <= self.tolerances.position and turn <= self.tolerances.angle
+        if there and speed <= self.tolerances.speed:
             return ""
         team = f"{task.object} (carried by {', '.join(task.team)})"
-        return f"{team} is {distance:.2f} m from its place in {task.goal} (speed {speed:.2f} m/s)"
+        turned = f" and {np.rad2deg(turn):.1f} degrees" if turn > self.tolerances.angle else ""
+        return f"{team} is {distance:.2f} m{turned} from its place in {task.goal} (speed {speed:.2f} m/s)"
 
 
 def _fastest(qd: np.ndarray) -> float:

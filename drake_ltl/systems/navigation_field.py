@@ -11,6 +11,7 @@ from pydrake.common.value import Value
 from pydrake.math import RotationMatrix
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort, ValueProducer
 
+from drake_ltl.dynamics import quaternion_mismatch
 from drake_ltl.errors import ExecutionError
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.object_model import ObjectModel
@@ -186,7 +187,7 @@ class NavigationField(LeafSystem):
         for row, task in enumerate(transports, start=len(travels)):
             x = poses[task.object]
             p[row] = *x[4:6], task.p_goal[2]
-            gamma_R, slope_R = rotation_error(x[:4])
+            gamma_R, slope_R = rotation_error(x[:4], task.orientation_goal)
             error = x[4:7] - task.p_goal
             gamma += error @ error + gamma_R
             slopes.append(np.concatenate([slope_R, 2.0 * error]))
@@ -236,14 +237,11 @@ class NavigationField(LeafSystem):
         return energy
 
 
-def rotation_error(quaternion: np.ndarray) -> tuple[float, np.ndarray]:
-    """3 - tr R = 2 (1 - cos angle) to the upright pose, times ROTATION_WEIGHT, and its slope (3,) along omega_W.
-
-    In terms of the unit quaternion (w, v) of R: 3 - tr R = 4 |v|^2, and the axial vector of R - R^T is 4 w v.
-    """
-    w, v = quaternion[0], quaternion[1:]
-    scale = 4.0 * ROTATION_WEIGHT / float(quaternion @ quaternion)
-    return scale * float(v @ v), scale * w * v
+def rotation_error(quaternion: np.ndarray, goal: np.ndarray) -> tuple[float, np.ndarray]:
+    """3 - tr(R*^T R) = 2 (1 - cos angle) between an orientation and its goal, quaternions (4,), times ROTATION_WEIGHT,
+    and its slope (3,) along omega_W."""
+    error, slope = quaternion_mismatch(quaternion, goal)
+    return ROTATION_WEIGHT * error, ROTATION_WEIGHT * slope
 
 
 def _object_energy(model: ObjectModel, state: np.ndarray) -> float:

@@ -35,7 +35,6 @@ def snapshot(layout: Layout, models: MeasuredModels) -> Snapshot:
             q[name] = start_configuration(stand, name, models)
             continue
         obj, option = stand.grasp
-        (configuration,) = (g for g in models.grasps[name, obj] if g.name == option)
-        q[name] = configuration.q.copy()
+        q[name] = models.grasping(name, obj, option, layout.headings[obj]).copy()
         q[name][:NUM_BASE_JOINTS] += p_WO[obj][:2]
     return Snapshot(q, p_WO)

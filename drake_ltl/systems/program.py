@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_ltl.dynamics import load_shares
 from drake_ltl.multibody.measure import MeasuredModels
-from drake_ltl.planning.mission import Mission, PlacedStep, Stand
+from drake_ltl.planning.mission import Layout, Mission, PlacedStep, Stand
 from drake_ltl.planning.plan import Action
 from drake_ltl.scenario.model import Scenario
 
@@ -38,7 +38,7 @@ class TravelTask:
 
 @dataclass(frozen=True)
 class TransportTask:
-    """Team T_m brings the object to p*_O under the navigation function."""
+    """Team T_m brings the object to p*_O, and to its heading there, under the navigation function."""
 
     object: str
     team: tuple[str, ...]
@@ -47,6 +47,8 @@ class TransportTask:
     start: str
     goal: str
     p_goal: np.ndarray
+    orientation_goal: np.ndarray
+    """Of R*_WO, as a quaternion (4,)."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,10 @@ class GraspTask:
     weld: Weld
     weld_index: int
     q_OE: np.ndarray
-    """q_g that grasps the object when this stands at the origin of the floor; the base moves along with it."""
+    """q_g that grasps the object when this stands at the origin of the floor with its heading of this step; the agent
+    moves along with it."""
+    orientation: np.ndarray
+    """Of R_WO at that heading, as a quaternion (4,)."""
 
 
 @dataclass(frozen=True)
@@ -156,17 +161,22 @@ class _Compiler:
         members = [list(self.power).index(name) for name in action.agents]
         shares[members] = load_shares([self.power[name] for name in action.agents])
         p_goal = np.asarray(step.after.objects[action.object])
-        return TransportTask(action.object, action.agents, shares, action.start, action.goal, p_goal)
+        orientation = self._orientation(action.object, step.after)
+        return TransportTask(action.object, action.agents, shares, action.start, action.goal, p_goal, orientation)
+
+    def _orientation(self, obj: str, layout: Layout) -> np.ndarray:
+        return self.models.objects[obj].pose(np.zeros(3), layout.headings[obj]).rotation().ToQuaternion().wxyz()
 
     def _grasp(self, agent: str, step: PlacedStep) -> GraspTask:
         obj, option = step.after.agents[agent].grasp
-        (configuration,) = (g for g in self.models.grasps[agent, obj] if g.name == option)
+        q = self.models.grasping(agent, obj, option, step.after.headings[obj])
         weld = Weld(agent, obj, option)
-        return GraspTask(weld, self.weld_index[weld], configuration.q)
+        return GraspTask(weld, self.weld_index[weld], q, self._orientation(obj, step.after))
 
     def _release(self, agent: str, step: PlacedStep) -> ReleaseTask:
         obj, name = step.before.agents[agent].grasp
         (option,) = (g for g in self.models.geometry.grasps[agent, obj] if g.name == name)
+        option = option.turned(step.before.headings[obj] - self.models.objects[obj].object.heading)
         retreat = np.asarray(option.p_OoC_standoff)[:2] - np.asarray(option.p_OoC_grasp)[:2]
         return ReleaseTask(Weld(agent, obj, name), retreat)
 

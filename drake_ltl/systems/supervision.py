@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drake_ltl.dynamics import heading_difference
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
@@ -127,9 +128,17 @@ class Supervision:
         return state
 
     def _approach(self, state: Progress, task: GraspTask, now: Measurement) -> Progress:
-        goal = task.q_OE.copy()
-        goal[:NUM_BASE_JOINTS] += now.X_WO[task.weld.object].translation()[:2]
+        goal = self._models.agents[task.weld.agent].nearest_turn(self._following(task, now), now.q[task.weld.agent])
         return self._reach(state, task.weld.agent, goal, now)
+
+    def _following(self, task: GraspTask, now: Measurement) -> np.ndarray:
+        """q that grasps the object where it is, and as it is turned if the agent can turn."""
+        model, X_WO = self._models.agents[task.weld.agent], now.X_WO[task.weld.object]
+        orientation = X_WO.rotation().ToQuaternion().wxyz()
+        turn = heading_difference(orientation, task.orientation) if model.yaw_direction else 0.0
+        q = model.turned(task.q_OE, turn).copy()
+        q[:NUM_BASE_JOINTS] += X_WO.translation()[:2]
+        return q
 
     def _retreat(self, state: Progress, task: ReleaseTask, now: Measurement) -> Progress:
         goal = now.q[task.weld.agent].copy()

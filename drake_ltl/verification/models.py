@@ -11,6 +11,7 @@ from drake_ltl.execution.recording import Recording
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.headings import headings, orientation
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.poses import matrices
 from drake_ltl.verification.postures import springs
@@ -103,7 +104,8 @@ def _lyapunov(
     }
     energy |= {name: _energy(model, recording, name) for name, model in objects.items()}
     weights = {name: model.gamma_weights for name, model in agents.items()}
-    motion = Motion(recording, scenario, centre, energy, weights, springs(agents, recording.q))
+    goals = _orientation_goals(recording, scenario)
+    motion = Motion(recording, scenario, centre, energy, weights, goals, springs(agents, recording.q))
     for record in recording.intervals:
         goals = {name: agents[name].centre(np.array(q)) for name, q in record.travels.items()}
         ends = {name: tuple(agents[name].centre(np.array(q)) for q in reach) for name, reach in record.reaches.items()}
@@ -112,6 +114,16 @@ def _lyapunov(
         if len(rows):
             V[rows] = lyapunov(motion, interval, rows)
     return V
+
+
+def _orientation_goals(recording: Recording, scenario: Scenario) -> dict[tuple[int, str], np.ndarray]:
+    """(step, object) -> quaternion (w, x, y, z) that it should have at the end of the step."""
+    after = headings(scenario, recording.steps)[1:]
+    return {
+        (step.number, obj.name): np.roll(orientation(obj, heading[obj.name]).as_quat(), 1)
+        for step, heading in zip(recording.steps, after, strict=True)
+        for obj in scenario.objects
+    }
 
 
 def _energy(model: ObjectModel, recording: Recording, name: str) -> np.ndarray:

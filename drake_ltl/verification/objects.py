@@ -44,8 +44,11 @@ def object_violations(
 
 
 def largest_tilt(recording: Recording) -> float:
-    """Largest angle between an object's z axis and the vertical [rad]."""
-    upright = [rotations(pose).as_matrix()[:, 2, 2].min() for pose in recording.pose.values()]
+    """Largest angle [rad] between the vertical and the axis of an object that was vertical when the run began."""
+    up = np.array([0.0, 0.0, 1.0])
+    upright = [
+        (turned := rotations(pose)).apply(turned[0].inv().apply(up))[:, 2].min() for pose in recording.pose.values()
+    ]
     return float(np.arccos(np.clip(min(upright, default=1.0), -1.0, 1.0)))
 
 

@@ -55,6 +55,8 @@ class Motion:
     """member -> kinetic energy (T,) [J]."""
     gamma_weights: Mapping[str, np.ndarray]
     """agent -> weight of each joint in gamma (n_i,)."""
+    orientation_goals: Mapping[tuple[int, str], np.ndarray] = field(default_factory=dict)
+    """(step, object) -> quaternion (4,) that it should have at the end of the step."""
     posture_energy: Mapping[str, Callable[[int, np.ndarray], np.ndarray]] = field(default_factory=dict)
     """redundant agent -> its h (n,) [J] at samples (n,), with the posture of one sample for its reference."""
 
@@ -142,13 +144,14 @@ def _realisable(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) ->
 
 
 def _gamma(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
-    """(n,) [m^2]: errors of all movers, and 2 (1 - cos) of the tilt and turn of what is carried."""
+    """(n,) [m^2]: errors of all movers, and 2 (1 - cos) of the angle to its goal of what is carried."""
     recording, gamma = motion.recording, np.zeros(len(rows))
     for name, goal in record.travels.items():
         gamma += (recording.q[name][rows] - goal) ** 2 @ motion.gamma_weights[name]
     for name, goal in record.transports.items():
         pose = recording.pose[name][rows]
-        turned = 1.0 - pose[:, 0] ** 2 / np.einsum("ij,ij->i", pose[:, :4], pose[:, :4])
+        aligned = pose[:, :4] @ motion.orientation_goals[record.step, name]  # cosine of half the angle
+        turned = 1.0 - aligned**2 / np.einsum("ij,ij->i", pose[:, :4], pose[:, :4])
         gamma += ((pose[:, 4:] - goal) ** 2).sum(axis=1) + 4.0 * turned
     return gamma
 

@@ -1,4 +1,4 @@
-"""The run begins as its scenario says: everybody in place, upright and at rest."""
+"""The run begins as its scenario says: everybody in place, turned as told and at rest."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.headings import orientation
 from drake_ltl.verification.poses import rotations
 from drake_ltl.verification.violations import Violation
 
@@ -25,7 +26,7 @@ def start_pose_violations(recording: Recording, scenario: Scenario) -> Iterator[
     for obj in scenario.objects:
         pose = recording.pose[obj.name][:1]
         place = np.abs(pose[0, 4:6] - np.array(obj.position)).max()
-        turned = rotations(pose).magnitude()[0]
+        turned = (rotations(pose) * orientation(obj, obj.heading).inv()).magnitude()[0]
         yield from _off(recording, obj.name, max(place, turned), np.abs(recording.velocity[obj.name][0]).max())
 
 

@@ -14,11 +14,12 @@ from rich.text import Text
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.detours import WORDS
 from drake_ltl.verification.grasps import HELD_ANGLE, HELD_GAP
+from drake_ltl.verification.headings import limit
 from drake_ltl.verification.lyapunov import RISE
 from drake_ltl.verification.verdict import Verdict
 from drake_ltl.verification.violations import quantity
 
-_CLEARANCE_NAMES = {
+CLEARANCE_NAMES = {
     "agent_agent": "agent to agent",
     "agent_object": "agent to object",
     "object_object": "object to object",
@@ -65,7 +66,7 @@ def _numbers(verdict: Verdict, scenario: Scenario) -> Table:
 
 
 def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]]:
-    for kind, name in _CLEARANCE_NAMES.items():
+    for kind, name in CLEARANCE_NAMES.items():
         value = verdict.min_clearance[kind]
         if value is not None:
             yield f"clearance {name}", quantity(value, "m"), "> 0"
@@ -76,6 +77,9 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         yield "gap of a weld", quantity(verdict.max_weld_error, "m"), f"<= {quantity(gap, 'm')}"
         yield "turn of a weld", quantity(verdict.max_weld_angle, "rad"), f"<= {quantity(angle, 'rad')}"
         yield "tilt of an object", quantity(verdict.max_tilt, "rad"), ""
+    if verdict.max_heading_error is not None:
+        most = quantity(limit(scenario), "rad")
+        yield "turn of an object from its heading", quantity(verdict.max_heading_error, "rad"), f"<= {most}"
     if verdict.max_effort:
         agent = max(verdict.max_effort, key=verdict.max_effort.__getitem__)
         saturated = "" if verdict.max_effort[agent] <= 1.0 else "<= 1, was cut off there"

@@ -32,7 +32,7 @@ class Verdict:
     max_weld_angle: float
     """[rad]"""
     max_tilt: float
-    """Largest angle between an object's axis and the vertical [rad]."""
+    """Largest angle between the vertical and an object's axis that was vertical at the start [rad]."""
     simulated_seconds: float
     detours: tuple[int, ...] = ()
     """Numbers of the steps in which movers stalled and were led around, one by one."""
@@ -41,6 +41,8 @@ class Verdict:
     motion was not that of the control laws."""
     min_manipulability: Mapping[str, float] = field(default_factory=dict)
     """agent -> least manipulability on its way; 0 is a kinematic singularity."""
+    max_heading_error: float | None = None
+    """Largest angle of an object from its heading at the end of a transport [rad]; None without transports."""
 
 
 def to_json(verdict: Verdict, wall_seconds: float | None = None) -> dict[str, Any]:

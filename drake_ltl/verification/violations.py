@@ -14,7 +14,7 @@ class Violation:
 
     kind: str
     """`data`, `run`, `start`, `motion`, `body`, `action`, `region`, `clearance`, `forbidden_region`, `workspace`,
-    `grasp`, `weld`, `object`, `lyapunov`, `rest`, `loop` or `formula`."""
+    `grasp`, `weld`, `object`, `heading`, `lyapunov`, `rest`, `loop` or `formula`."""
     who: tuple[str, ...]
     """Names of members and regions."""
     what: str

@@ -16,7 +16,9 @@ from drake_ltl.dynamics import (
     euler_from_rotation,
     euler_mismatch,
     euler_rate_map,
+    heading_difference,
     is_representation_singular,
+    quaternion_difference,
     representation_jacobian,
     rotation_from_euler,
     rotation_mismatch,
@@ -28,6 +30,8 @@ tilt = st.floats(-1.5, 1.5)  # 0.07 rad off the singularity: the map grows to 14
 angles = st.tuples(turn, tilt, turn).map(np.array)
 any_angles = st.tuples(turn, turn, turn).map(np.array)
 SINGULAR = [np.array([0.4, sign * np.pi / 2, -1.1]) for sign in (1.0, -1.0)]
+
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def quaternion(R: np.ndarray) -> np.ndarray:
@@ -142,29 +146,48 @@ def test_both_forms_agree_to_first_order_about_upright():
         np.testing.assert_allclose(slope_R, slope, atol=4e-6)  # second order
 
 
-@given(any_angles)
-def test_the_controllers_form_is_the_rotation_form(eta):
-    R = rotation_from_euler(eta)
-    value, slope = rotation_mismatch(R, np.eye(3))
-    theirs, theirs_slope = rotation_error(quaternion(R))
+@given(any_angles, any_angles, st.floats(0.5, 2.0))
+def test_the_controllers_form_is_the_rotation_form(eta, eta_goal, length):
+    """... of quaternions of any length."""
+    R, R_goal = rotation_from_euler(eta), rotation_from_euler(eta_goal)
+    value, slope = rotation_mismatch(R, R_goal)
+    theirs, theirs_slope = rotation_error(length * quaternion(R), quaternion(R_goal) / length)
     assert theirs == pytest.approx(ROTATION_WEIGHT * value, abs=1e-12)
     np.testing.assert_allclose(theirs_slope, ROTATION_WEIGHT * slope, atol=1e-12)
+
+
+@given(any_angles, any_angles)
+def test_differences_of_quaternions_are_those_of_rotations(eta, eta_other):
+    R, other = rotation_from_euler(eta), rotation_from_euler(eta_other)
+    found = Rotation.from_quat(np.roll(quaternion_difference(quaternion(R), quaternion(other)), -1)).as_matrix()
+    np.testing.assert_allclose(found, R @ other.T, atol=1e-12)
+
+
+@given(turn, st.floats(0.0, 1.0), turn)
+def test_headings_differ_whatever_the_tilt(yaw, tilt, axis):
+    """A turn about the vertical after a tilt about any level axis is found as it is."""
+    tilted = Rotation.from_rotvec(tilt * np.array([np.cos(axis), np.sin(axis), 0.0])).as_matrix()
+    R = rotation_from_euler(np.array([0.0, 0.0, yaw])) @ tilted
+    for sign in (1.0, -1.0):  # both stand for the same rotation
+        assert heading_difference(sign * quaternion(R), quaternion(np.eye(3))) == pytest.approx(yaw, abs=1e-9)
 
 
 @pytest.mark.parametrize("eta", SINGULAR)
 def test_the_controllers_form_works_at_the_singularity(eta):
     """Finite, the derivative of its value, and downhill from there to upright."""
     R = rotation_from_euler(eta)
-    _, slope = rotation_error(quaternion(R))
+    _, slope = rotation_error(quaternion(R), UPRIGHT)
     w, h = np.array([0.6, -0.3, 0.7]), 1e-6
-    ahead, behind = (rotation_error(quaternion(Rotation.from_rotvec(s * w).as_matrix() @ R))[0] for s in (h, -h))
+    ahead, behind = (
+        rotation_error(quaternion(Rotation.from_rotvec(s * w).as_matrix() @ R), UPRIGHT)[0] for s in (h, -h)
+    )
     assert slope @ w == pytest.approx((ahead - behind) / (2.0 * h), abs=1e-8)
 
     for _ in range(200):
-        value, slope = rotation_error(quaternion(R))
+        value, slope = rotation_error(quaternion(R), UPRIGHT)
         R = Rotation.from_rotvec(-0.1 * slope).as_matrix() @ R
-        assert rotation_error(quaternion(R))[0] <= value
-    assert rotation_error(quaternion(R))[0] < 1e-12
+        assert rotation_error(quaternion(R), UPRIGHT)[0] <= value
+    assert rotation_error(quaternion(R), UPRIGHT)[0] < 1e-12
 
 
 def test_the_representation_jacobian_carries_derivatives():

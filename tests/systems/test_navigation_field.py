@@ -13,6 +13,7 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_ltl.dynamics import rotation_mismatch
 from drake_ltl.errors import ExecutionError
 from drake_ltl.systems.legs import Leg
 from drake_ltl.systems.navigation_field import ROTATION_WEIGHT, NavigationField, rotation_error
@@ -114,14 +115,17 @@ def test_gradient_of_a_carried_object(field, stage, offsets):
         assert_gradient(field, context, world, "o2", j + 3, found[j + 3], shifted)
 
 
-@given(turn=st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3), length=st.floats(0.5, 2.0))
-def test_rotation_error_is_3_minus_the_trace(turn, length):
-    """... of any quaternion along the same rotation, which vanishes where the object is upright."""
-    R = RotationMatrix(RollPitchYaw(turn))
-    value, slope = rotation_error(length * R.ToQuaternion().wxyz())
-    assert value == pytest.approx(ROTATION_WEIGHT * (3.0 - np.trace(R.matrix())), abs=1e-12)
-    axial = np.array([R.matrix()[2, 1] - R.matrix()[1, 2], R.matrix()[0, 2] - R.matrix()[2, 0]])
-    np.testing.assert_allclose(slope[:2], ROTATION_WEIGHT * axial, atol=1e-12)
+turns = st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3)
+
+
+@given(turn=turns, goal=turns, length=st.floats(0.5, 2.0))
+def test_rotation_error_is_3_minus_the_trace(turn, goal, length):
+    """... of the rotation from the goal, for any quaternion along the same rotation."""
+    R, R_goal = (RotationMatrix(RollPitchYaw(angles)) for angles in (turn, goal))
+    value, slope = rotation_error(length * R.ToQuaternion().wxyz(), R_goal.ToQuaternion().wxyz())
+    error, expected = rotation_mismatch(R.matrix(), R_goal.matrix())
+    assert value == pytest.approx(ROTATION_WEIGHT * error, abs=1e-12)
+    np.testing.assert_allclose(slope, ROTATION_WEIGHT * expected, atol=1e-12)
 
 
 def test_what_does_not_move_has_no_gradient(field, stage):

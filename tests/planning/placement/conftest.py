@@ -129,8 +129,9 @@ def violations(mission: Mission, scenario: Scenario, geometry: Geometry, starts:
         obj, name = layout.agents[agent].grasp
         return next(o for o in geometry.grasps[agent, obj] if o.name == name)
 
+    headings = {obj.name: obj.heading for obj in scenario.objects}
     if mission.steps[0].before != Layout(
-        mission.steps[0].before.agents, {o: s.p_WO for o, s in starts.objects.items()}
+        mission.steps[0].before.agents, {o: s.p_WO for o, s in starts.objects.items()}, headings
     ):
         found.append("objects do not begin at their starts")
     for a, s in starts.agents.items():

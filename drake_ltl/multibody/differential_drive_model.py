@@ -1,0 +1,213 @@
+"""One differential drive alone: its wheels, its reduced inertia, and what its plant's state means in the plane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.models import package_xml
+from drake_ltl.multibody.collision_balls import body_balls, farthest, moved
+from drake_ltl.multibody.parsing import CENTRE_FRAME
+from drake_ltl.scenario.model_files import resolve
+
+DIFFERENTIAL_DRIVE = "package://drake_ltl_models/bases/differential_drive.urdf"
+"""The one that is shipped."""
+WHEELS = ("left", "right")
+"""Names of the wheels' joints."""
+TOLERANCE = 1e-3
+"""Of the symmetry that the control law counts on [m]."""
+
+
+@dataclass(frozen=True)
+class PlanarState:
+    """What the control law sees of a differential drive."""
+
+    p: np.ndarray
+    """(2,) [m], the middle of the axle in W."""
+    theta: float
+    """Heading [rad], in (-pi, pi]."""
+    v: float
+    """Speed along the heading [m/s]."""
+    omega: float
+    """[rad/s]"""
+    wheels: np.ndarray
+    """(2,) rates of the left and the right wheel over the floor, about the axle [rad/s]."""
+    aside: float
+    """Speed across the heading, to the left [m/s]: none if the tyres do not slip."""
+
+
+def AddDifferentialDrive(plant: MultibodyPlant, name: str, model: str = DIFFERENTIAL_DRIVE) -> ModelInstanceIndex:
+    """Adds the URDF at the URI or path `model` as model instance `name`, free to move.
+
+    Raises InvalidInputError if there is no such file, or it does not parse.
+    """
+    parser = Parser(plant, model_name_prefix="")
+    parser.SetAutoRenaming(True)
+    parser.package_map().AddPackageXml(str(package_xml()))
+    path = _file(name, model)
+    try:
+        (instance,) = parser.AddModels(str(path))
+    except (RuntimeError, ValueError) as error:
+        reason = str(error).strip().splitlines()[-1]
+        what = f"{path.name} does not parse: {reason}"
+        raise InvalidInputError([Mistake(f"{name}.model", what, "mend the file")]) from error
+    plant.RenameModelInstance(instance, name)
+    return instance
+
+
+class DifferentialDriveModel:
+    """What is constant of a differential drive.
+
+    Its URDF has one free base, whose frame lies on the floor below the middle of the axle, x forward, z up; two wheels
+    on revolute joints `left` and `right` with axis y and an actuator each; casters without friction, as the model
+    wants; a frame `bounding_centre` above the base's origin; and its centre of mass there, too.
+    """
+
+    def __init__(self, name: str, model: str = DIFFERENTIAL_DRIVE):
+        """Raises InvalidInputError with one mistake for each point in which the model differs."""
+        builder = DiagramBuilder()
+        plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        self.name, self.model = name, model
+        self._instance = AddDifferentialDrive(plant, name, model)
+        plant.Finalize()
+        self._diagram, self._plant = builder.Build(), plant  # the diagram owns the plant
+        self._context = plant.CreateDefaultContext()
+        self._require_parts()
+        left, right = (plant.GetJointByName(wheel) for wheel in WHEELS)
+        base = left.parent_body()
+        for body in plant.GetFloatingBaseBodies():
+            plant.SetFreeBodyPose(self._context, plant.get_body(body), RigidTransform())
+        X_WL, X_WR = (joint.frame_on_parent().CalcPoseInWorld(self._context) for joint in (left, right))
+        self._base = base
+        self._starts = (
+            base.floating_positions_start(),
+            base.floating_velocities_start_in_v(),
+            left.velocity_start(),
+            right.velocity_start(),
+        )
+        self.num_positions: int = plant.num_positions()
+        self.num_states: int = plant.num_multibody_states()
+        self.wheel_radius: float = float(X_WL.translation()[2])
+        """[m]"""
+        self.half_track: float = float(X_WL.translation()[1])
+        """Half the distance of the wheels [m]."""
+        actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
+        self._order = [WHEELS.index(actuator.joint().name()) for actuator in actuators]
+        self.effort: float = min(actuator.effort_limit() for actuator in actuators)
+        """Largest torque of a wheel [N m]; Drake's plant applies no more."""
+        bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self._instance)]
+        balls = np.concatenate(
+            [
+                moved(body.EvalPoseInWorld(self._context), body_balls(plant, scene_graph.model_inspector(), body))
+                for body in bodies
+                if len(plant.GetCollisionGeometriesForBody(body))
+            ]
+        )
+        centre = plant.GetFrameByName(CENTRE_FRAME).CalcPoseInWorld(self._context).translation()
+        self.height: float = float(centre[2])
+        """Of the bounding sphere's centre above the floor [m]."""
+        self.radius: float = farthest(balls, centre)
+        """Of the smallest sphere about `bounding_centre` that covers it [m]."""
+        self._require_symmetry(X_WL, X_WR, left, right, centre, float((balls[:, 2] - balls[:, 3]).min()))
+        self.mass, self.inertia = self._reduced_inertia()
+
+    def planar_state(self, x: np.ndarray) -> PlanarState:
+        """Of the model instance's state (q, v) (num_states,)."""
+        q_start, v_start, left, right = self._starts
+        rates = x[self.num_positions :]
+        w, a, b, c = x[q_start : q_start + 4]
+        theta = math.atan2(2.0 * (a * b + w * c), w * w + a * a - b * b - c * c)
+        up = 2.0 * np.array([a * c + w * b, b * c - w * a, 0.5 - a * a - b * b])  # z of the base, in W
+        p_BoA = self.wheel_radius * up  # from the base's origin to the middle of the axle: the base pitches a little
+        w_x, w_y, w_z, v_x, v_y = rates[v_start : v_start + 5]
+        velocity = v_x + w_y * p_BoA[2] - w_z * p_BoA[1], v_y + w_z * p_BoA[0] - w_x * p_BoA[2]
+        cos, sin = math.cos(theta), math.sin(theta)
+        return PlanarState(
+            p=x[q_start + 4 : q_start + 6] + p_BoA[:2],
+            theta=theta,
+            v=float(cos * velocity[0] + sin * velocity[1]),
+            omega=float(w_z),
+            wheels=rates[[left, right]] + cos * w_y - sin * w_x,
+            aside=float(cos * velocity[1] - sin * velocity[0]),
+        )
+
+    def positions(self, x: float, y: float, theta: float, z: float = 0.0) -> np.ndarray:
+        """q (num_positions,) at a pose in the plane [m, m, rad], upright, on a floor at height z [m]."""
+        pose = RigidTransform(RollPitchYaw(0.0, 0.0, theta), [x, y, z])
+        self._plant.SetFreeBodyPose(self._context, self._base, pose)
+        return self._plant.GetPositions(self._context).copy()
+
+    def actuation(self, left: float, right: float) -> np.ndarray:
+        """Torques (2,) [N m] of the wheels in the order of the file's actuators."""
+        return np.array([left, right])[self._order]
+
+    def _reduced_inertia(self) -> tuple[float, float]:
+        """m and I of (U1): S^T M S for the rolling motions v and omega, wheels and their motors' rotors included."""
+        _, start, left, right = self._starts
+        S = np.zeros((self._plant.num_velocities(), 2))
+        r, b = self.wheel_radius, self.half_track
+        S[start + 3, 0], S[left, 0], S[right, 0] = 1.0, 1.0 / r, 1.0 / r
+        S[start + 2, 1], S[left, 1], S[right, 1] = 1.0, -b / r, b / r
+        M = self._plant.CalcMassMatrix(self._context)
+        reduced = S.T @ M @ S
+        return float(reduced[0, 0]), float(reduced[1, 1])
+
+    def _require_parts(self) -> None:
+        plant, found = self._plant, []
+        for wheel in WHEELS:
+            if not (plant.HasJointNamed(wheel) and isinstance(plant.GetJointByName(wheel), RevoluteJoint)):
+                found.append((f"has no wheel on a revolute joint {wheel!r}", f"call the wheels' joints {WHEELS}"))
+        if not found and {plant.get_joint_actuator(i).joint().name() for i in plant.GetJointActuatorIndices()} != set(
+            WHEELS
+        ):
+            found.append(("has actuators for other joints than its wheels", "give each wheel one, and nothing else"))
+        if plant.num_velocities() != 8:
+            what = f"has {plant.num_velocities()} degrees of freedom"
+            found.append((what, "a free base has 6, its wheels 2: fix all other joints"))
+        if not plant.HasFrameNamed(CENTRE_FRAME):
+            found.append((f"has no frame {CENTRE_FRAME!r}", "add it above the middle of the axle"))
+        self._refuse(found)
+
+    def _require_symmetry(self, X_WL, X_WR, left, right, centre, lowest: float) -> None:
+        """The law counts on all of it; each is one line."""
+        found = []
+        p_L, p_R = X_WL.translation(), X_WR.translation()
+        axes = [X.rotation() @ joint.revolute_axis() for X, joint in ((X_WL, left), (X_WR, right))]
+        if not np.allclose(axes, [0.0, 1.0, 0.0], atol=1e-6):
+            found.append(("has wheels whose axes are not y of the base", "both turn forwards about +y"))
+        if not (p_L[1] > 0.0 and np.allclose(p_L * [1, -1, 1], p_R, atol=TOLERANCE) and abs(p_L[0]) < TOLERANCE):
+            found.append((f"has its wheels at {p_L} and {p_R}", "put them at (0, b, r) and (0, -b, r) of the base"))
+        if abs(lowest) > TOLERANCE:
+            found.append((f"reaches down to z = {lowest:.4g} m", "put the base's origin on the floor"))
+        p_com = self._plant.CalcCenterOfMassPositionInWorld(self._context)
+        if np.abs(p_com[:2]).max() > TOLERANCE:
+            found.append((f"has its centre of mass at {p_com}", "put it above the middle of the axle"))
+        if np.abs(centre[:2]).max() > TOLERANCE:
+            found.append((f"has {CENTRE_FRAME!r} at {centre}", "put it above the middle of the axle"))
+        self._refuse(found)
+
+    def _refuse(self, found: list[tuple[str, str]]) -> None:
+        if found:
+            file = _file(self.name, self.model).name
+            raise InvalidInputError([Mistake(f"{self.name}.model", f"{file} {what}", do) for what, do in found])
+
+
+def _file(name: str, model: str) -> Path:
+    """Raises InvalidInputError if there is none."""
+    try:
+        path = resolve(model)
+        if path.is_file():
+            return path
+        what = f"{model!r} is no file"
+    except ValueError as error:
+        what = str(error)
+    raise InvalidInputError([Mistake(f"{name}.model", what, f"write the path of a URDF, or {DIFFERENTIAL_DRIVE}")])
