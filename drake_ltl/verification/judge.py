@@ -19,6 +19,7 @@ from drake_ltl.verification.detours import detoured_steps
 from drake_ltl.verification.expected import CanCarry, Expected, action_violations, expectations, powers_add_up
 from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_errors, weld_violations
 from drake_ltl.verification.headings import heading_errors, heading_violations
+from drake_ltl.verification.inside_teams import inside_team_violations, inside_teams
 from drake_ltl.verification.intervals import interval_violations
 from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.mechanics import Mechanics
@@ -77,6 +78,7 @@ def verify(
     clearances = [c for span, roles in run.pairs for c in step_clearances(recording, scenario, span, roles)]
     welds = weld_errors(recording, mechanics)
     rises = lyapunov_rises(recording, mechanics.lyapunov)
+    nearest = inside_teams(recording, mechanics, run.spans, run.roles)
     turned = heading_errors(recording, scenario, run.spans, run.roles)
     states = readings(recording, scenario, run.spans)
     violations += start_pose_violations(recording, scenario)
@@ -84,6 +86,7 @@ def verify(
     violations += interval_violations(recording, run.spans, run.roles, mechanics.goals)
     violations += action_violations(run.expected, run.spans, recording.time, can_carry or powers_add_up(scenario))
     violations += clearance_violations(clearances)
+    violations += inside_team_violations(nearest)
     violations += _conduct_violations(recording, scenario, run, mechanics, welds)
     violations += heading_violations(recording, scenario, run.spans, turned)
     violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises)
@@ -98,6 +101,7 @@ def verify(
         max_weld_error=float(welds.gap.max(initial=0.0)),
         max_weld_angle=float(welds.angle.max(initial=0.0)),
         max_tilt=largest_tilt(recording),
+        min_inside_teams=min((pair.distance for pair in nearest), default=None),
         max_heading_error=max(turned.values(), default=None),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
         detours=detoured_steps(recording),

@@ -6,7 +6,7 @@ objects' poses and the models alone (`models.work_out`), for the verdict to hold
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,3 +37,6 @@ class Mechanics:
     """For each recorded interval, mover -> centre of its sphere at the goal (3,) [m]."""
     limits: Mapping[str, tuple[np.ndarray, np.ndarray]]
     """agent -> lower and upper limits of its joints (n_i,) [m, rad]."""
+    distance: Callable[[str, str, int], float]
+    """(agent, another member, sample) -> least signed distance of their collision geometries [m], but grippers
+    against handles."""

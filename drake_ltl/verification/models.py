@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.recording import Recording
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.object_model import ObjectModel
+from drake_ltl.multibody.pair_distance import PairDistance
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.headings import headings, orientation
 from drake_ltl.verification.mechanics import Mechanics
@@ -61,7 +63,21 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
             name: (model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits())
             for name, model in agents.items()
         },
+        distance=_distances(recording, scenario, objects),
     )
+
+
+def _distances(
+    recording: Recording, scenario: Scenario, objects: Mapping[str, ObjectModel]
+) -> Callable[[str, str, int], float]:
+    """Between the members of a pair at a sample; a pair's models are loaded when it is first asked for."""
+    agents, places = {agent.name: agent for agent in scenario.agents}, {**recording.q, **recording.pose}
+
+    @cache
+    def scene(agent: str, other: str) -> PairDistance:
+        return PairDistance(agents[agent], agents[other] if other in agents else objects[other])
+
+    return lambda agent, other, sample: scene(agent, other)(places[agent][sample], places[other][sample])
 
 
 def _check_joints(recording: Recording, agents: Mapping[str, AgentModel]) -> None:

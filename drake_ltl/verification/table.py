@@ -70,6 +70,8 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         value = verdict.min_clearance[kind]
         if value is not None:
             yield f"clearance {name}", quantity(value, "m"), "> 0"
+    if verdict.min_inside_teams is not None:
+        yield "distance inside teams, of bodies", quantity(verdict.min_inside_teams, "m"), "> 0"
     yield "rise of V, relative to its start", f"{verdict.max_lyapunov_increase:.3g}", f"<= {RISE:g}"
     if any(action["kind"] == "grasp" for step in verdict.steps for action in step.actions):
         gap = max(HELD_GAP, scenario.tolerances.weld_position)

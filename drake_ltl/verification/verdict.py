@@ -41,6 +41,9 @@ class Verdict:
     motion was not that of the control laws."""
     min_manipulability: Mapping[str, float] = field(default_factory=dict)
     """agent -> least manipulability on its way; 0 is a kinematic singularity."""
+    min_inside_teams: float | None = None
+    """Least signed distance between the collision geometries of an object and those who grasp it, and between these
+    [m], grippers against handles excepted; None if nobody grasps."""
     max_heading_error: float | None = None
     """Largest angle of an object from its heading at the end of a transport [rad]; None without transports."""
 

@@ -134,6 +134,7 @@ def _mechanics(recording: Recording) -> Mechanics:
             for record in recording.intervals
         ),
         limits={name: (np.full(4, -np.inf), np.full(4, np.inf)) for name in AGENTS},
+        distance=lambda agent, other, sample: 0.04,
     )
 
 
