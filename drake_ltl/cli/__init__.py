@@ -119,7 +119,7 @@ def make_parser() -> argparse.ArgumentParser:
     import argparse
 
     import drake_ltl
-    from drake_ltl.cli import check, completion, draw, explain, new, plan, simulate, verify, view
+    from drake_ltl.cli import check, completion, draw, explain, new, plan, simulate, sweep, verify, view
 
     parser = argparse.ArgumentParser(
         prog="drake-ltl",
@@ -129,7 +129,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"%(prog)s {drake_ltl.__version__}")
     parser.add_argument("--no-color", action="store_true", help=_NO_COLOR)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for command in (new, check, draw, explain, plan, simulate, verify, view, completion):
+    for command in (new, check, draw, explain, plan, simulate, sweep, verify, view, completion):
         command.add_parser(commands)
     for command in commands.choices.values():
         # Suppressed: what stands before the command would be overruled by a default.

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 PROGRAM = "drake-ltl"
 ENDINGS = {"FILE": ("yaml", "yml"), "RECORDING": ("npz",)}
 """Of the files that are asked for by these names."""
+NO_FILES = ("N", "S", "J", "K", "P", "ADDRESS")
+"""Values that are numbers, or addresses."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class _Argument:
 
     @property
     def takes_file(self) -> bool:
-        return self.value is not None and not self.choices and self.value not in ("N", "S")
+        return self.value is not None and not self.choices and self.value not in NO_FILES
 
 
 @dataclass(frozen=True)

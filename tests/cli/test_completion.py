@@ -10,7 +10,7 @@ import pytest
 from drake_ltl.cli import make_parser
 from drake_ltl.cli.completion_scripts import script
 
-COMMANDS = {"new", "check", "draw", "explain", "plan", "simulate", "verify", "view", "completion"}
+COMMANDS = {"new", "check", "draw", "explain", "plan", "simulate", "sweep", "verify", "view", "completion"}
 
 
 @pytest.fixture
@@ -53,6 +53,8 @@ def test_values(complete):
     assert complete("drake-ltl", "plan", "--method", "") == {"auto", "explicit", "bounded"}
     assert complete("drake-ltl", "completion", "") == {"bash", "zsh", "fish"}
     assert complete("drake-ltl", "plan", "--time-limit", "") == set()
+    for option in ("--jobs", "--dask", "--only", "--gains"):
+        assert complete("drake-ltl", "sweep", option, "") == set()
 
 
 def test_files(complete):

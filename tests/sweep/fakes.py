@@ -1,0 +1,60 @@
+"""Runs of milliseconds, for workers in other processes: nothing of drake_ltl is loaded."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def same(number: int) -> int:
+    return number
+
+
+def environment(name: str) -> str | None:
+    return os.environ.get(name)
+
+
+def sigterm_ends(_: int) -> bool:
+    return signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def note(folder: Path, number: int) -> int:
+    """Leaves its number and its process in a file."""
+    with open(folder / "calls", "a", encoding="utf-8") as file:
+        file.write(f"{number} {os.getpid()}\n")
+    return number
+
+
+def calls(folder: Path) -> list[int]:
+    """Numbers that were noted, in order."""
+    return [int(line.split()[0]) for line in (folder / "calls").read_text(encoding="utf-8").splitlines()]
+
+
+def die_at_first(folder: Path, fatal: int, number: int) -> int:
+    """The first time the fatal number is called, its process is killed."""
+    mark = folder / "died"
+    if number == fatal and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return note(folder, number)
+
+
+def die_always(folder: Path, fatal: int, number: int) -> int:
+    note(folder, number)
+    if number == fatal:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def fail(fatal: int, number: int) -> int:
+    if number == fatal:
+        raise ValueError("not a\nnumber")
+    return number
+
+
+def slow(folder: Path, number: int) -> int:
+    note(folder, number)
+    time.sleep(100.0)
+    return number
