@@ -18,6 +18,7 @@ instead of G tilted, phi remains smooth and G as it was.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -73,11 +74,16 @@ class Dipole:
         """d gamma / dp (..., 2) [m]."""
         along, across = self._errors(p)
         weight = 1.0 - (1.0 - self.ratio) / (1.0 + (along / self.reach) ** 2)
-        h = heading_vector(self.heading)
-        return 2.0 * ((weight * along)[..., None] * h + across[..., None] * left_of(h))
+        errors = np.stack([weight * along, across], axis=-1)
+        return 2.0 * errors @ self._axes
 
     def _errors(self, p: Array) -> tuple[Array, Array]:
         """s and l (...) [m]."""
-        e = np.asarray(p) - np.array(self.p_goal)
+        errors = (np.asarray(p) - self.p_goal) @ self._axes.T
+        return errors[..., 0], errors[..., 1]
+
+    @cached_property
+    def _axes(self) -> Array:
+        """The heading and what is left of it, as rows."""
         h = heading_vector(self.heading)
-        return e @ h, e @ left_of(h)
+        return np.stack([h, left_of(h)])

@@ -113,7 +113,7 @@ def lyapunov(potential: Array, masses: Array, v: Array) -> Array:
 
 
 def wheel_torques(F: Array, tau: Array, radius: float, half_track: float, effort: float) -> tuple[Array, Array]:
-    """Torques left and right (...) [N m] of two wheels: F = (left + right) / radius, tau = (right - left) half_track / radius.
+    """Wheels' torques left, right (...) [N m]: F = (left + right) / radius, tau = (right - left) half_track / radius.
 
     Each is at most `effort`. What F leaves, and no more, goes to tau: heading does no work, so that cutting tau off
     costs time but never raises V. F is cut off only beyond 2 effort / radius.

@@ -201,8 +201,8 @@ def test_three_agents_cross_without_meeting():
     """From many starts; every one of them ends at the goal poses."""
     field = make_field(STARTS, GOALS)
     rng = np.random.default_rng(1)
-    starts = STARTS + rng.uniform(-1.0, 1.0, size=(40, 3, 3)) * [0.5, 0.5, np.pi]
-    before = energy(field, starts[..., :2], np.zeros((40, 3)))
+    starts = STARTS + rng.uniform(-1.0, 1.0, size=(15, 3, 3)) * [0.5, 0.5, np.pi]
+    before = energy(field, starts[..., :2], np.zeros((15, 3)))
     for state in run(field, starts, seconds=45.0):
         now = energy(field, state.p, state.v)
         assert np.all(now <= before + 1e-6)  # of 260 J: in a step a turning body moves aside by v omega dt^2
