@@ -108,6 +108,27 @@ def test_optional_entries(data):
     assert dataclasses.asdict(scenario.tolerances) == LARGEST_TOLERANCES
 
 
+def test_which_way_objects_face(data):
+    (plain,) = read(data).objects
+    assert (plain.orientation, plain.headings, plain.is_turned) == ((0, 0, 0), {}, False)
+    put(data, "objects.o1.heading", -0.5)
+    put(data, "objects.o1.headings", {"pi1": -0.5, "pi2": 2})
+    (turned,) = read(data).objects
+    assert (turned.orientation, turned.heading, turned.headings) == ((0, 0, -0.5), -0.5, {"pi1": -0.5, "pi2": 2})
+    assert turned.is_turned
+    del data["objects"]["o1"]["heading"], data["objects"]["o1"]["headings"]["pi2"]
+    put(data, "objects.o1.orientation", [0, 1.5708, -0.5])
+    (lying,) = read(data).objects
+    assert (lying.orientation, lying.heading, lying.is_turned) == ((0, 1.5708, -0.5), -0.5, False)
+
+
+def test_a_heading_is_said_once(data, complaints):
+    put(data, "objects.o1.heading", 1)
+    put(data, "objects.o1.orientation", [0, 0, 1])
+    (mistake,) = complaints(data)
+    assert str(mistake).startswith("objects.o1.heading: stands beside `orientation`; write one of them")
+
+
 def test_objects_may_be_none_and_a_name_may_be_left_out(data):
     del data["objects"], data["name"]
     scenario = loads(yaml.safe_dump(data), source_name="folder/errand.yaml")
@@ -161,6 +182,14 @@ MISTAKES = [
     ("objects.o1.radius", 1e-300, "objects.o1.radius", "1e-300 is not a positive number"),
     ("objects.o1.team_radius", 0, "objects.o1.team_radius", "0 is not a positive number"),
     ("team_radius", -1, "team_radius", "-1 is not a positive number"),
+    ("objects.o1.heading", math.inf, "objects.o1.heading", "inf is too large"),
+    ("objects.o1.heading", [0, 0, 1], "objects.o1.heading", "[0, 0, 1] is not a number"),
+    ("objects.o1.orientation", 1.5, "objects.o1.orientation", "write [roll, pitch, yaw] in rad"),
+    ("objects.o1.orientation", [0, 1.5], "objects.o1.orientation", "is not a list of 3 numbers"),
+    ("objects.o1.headings", 1.5, "objects.o1.headings", "1.5 is not a map"),
+    ("objects.o1.headings.pi1", "north", "objects.o1.headings.pi1", "'north' is not a number"),
+    ("objects.o1.headings.pi3", 0, "objects.o1.headings.pi3", "there is no region 'pi3'; did you mean"),
+    ("tolerances.angle", 0.2, "tolerances.angle", "0.2 is too large; write a positive number (1e-09 to 0.1)"),
     ("seed", -1, "seed", "-1 is not a whole number of at least 0"),
     ("seed", 2**63, "seed", "write a whole number (0 to"),
     ("controller.kappa", 0, "controller.kappa", "0 is not a positive number"),
