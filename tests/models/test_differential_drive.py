@@ -28,7 +28,7 @@ def robot(make_world):
 def test_wheels_are_all_that_is_driven(robot):
     plant = robot.plant
     actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
-    assert {actuator.joint().name(): actuator.effort_limit() for actuator in actuators} == {"left": 3.0, "right": 3.0}
+    assert {actuator.joint().name(): actuator.effort_limit() for actuator in actuators} == {"left": 2.5, "right": 2.5}
     assert plant.num_velocities() == 8
 
 

@@ -34,7 +34,7 @@ def plant() -> MultibodyPlant:
 
 def test_sizes(model):
     assert (model.wheel_radius, model.half_track, model.height) == pytest.approx((0.1, 0.2, 0.1))
-    assert model.effort == 3.0
+    assert model.effort == 2.5
     assert np.hypot(0.25, 0.09) <= model.radius <= 0.27  # the chassis' upper rim, but for its polygon
 
 

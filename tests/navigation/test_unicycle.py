@@ -81,6 +81,28 @@ def test_v_falls_by_what_driving_dissipates_and_no_more(field, p, theta, v, omeg
     assert rate == pytest.approx(expected, rel=1e-4, abs=1e-3)  # V of some 100 J has 1e-14 of it / step
 
 
+@given(
+    p=arrays(float, (3, 2), elements=st.floats(-4.0, 4.0)),
+    theta=ANGLE,
+    v=st.floats(-1.5, 1.5),
+    sliding=arrays(float, (2, 2), elements=st.floats(-1.5, 1.5)),
+)
+def test_movers_that_can_move_sideways_may_take_part(field, p, theta, v, sliding):
+    """One that drives among two that slide under f - K pd: dV/dt is the sum of what all of them dissipate."""
+    _, f = field.value_and_forces(p)
+    assume(np.isfinite(f).all() and np.abs(f).max() < 200.0)
+    K, step = GAINS.drive_damping, 1e-6
+    h = heading_vector(theta)
+    pd = np.array([v * h, *sliding])
+    pdd = np.array([drive_force(theta, v, f[0], K) * h, *(f[1:] - K * sliding)]) / MASS
+
+    def at(t):
+        return field.value(p + pd * t + 0.5 * pdd * t**2) + 0.5 * MASS * np.sum((pd + pdd * t) ** 2)
+
+    rate = (at(step) - at(-step)) / (2.0 * step)
+    assert rate == pytest.approx(-K * np.sum(pd**2), rel=1e-4, abs=1e-3)
+
+
 @given(theta=ANGLE, force=st.floats(1e-6, 100.0), sense=st.sampled_from([-1.0, 1.0]), side=st.sampled_from([-1.0, 1.0]))
 def test_no_rest_but_where_the_force_vanishes(theta, force, sense, side):
     """At rest across the force nothing drives: there, and there alone, the torque must turn the agent away."""
