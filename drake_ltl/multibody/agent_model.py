@@ -91,6 +91,12 @@ class AgentModel:
         direction = float(np.sign(axes[0][2]))
         return direction if np.allclose(axes, [0.0, 0.0, direction], atol=1e-9) else 0.0
 
+    @property
+    def yaw_is_limited(self) -> bool:
+        """Whether that joint cannot turn for ever."""
+        limits = self.plant.GetPositionLowerLimits(), self.plant.GetPositionUpperLimits()
+        return bool(np.isfinite([limit[NUM_BASE_JOINTS] for limit in limits]).any())
+
     def turned(self, q: np.ndarray, angle: float) -> np.ndarray:
         """q (n,) when all of the robot is turned by `angle` [rad] about the world's z axis.
 
@@ -221,7 +227,7 @@ class AgentModel:
 
     def nearest_turn(self, q: np.ndarray, other: np.ndarray) -> np.ndarray:
         """q (n,) with its yaw, if that has no limits, changed by whole turns to be nearest to that of `other`."""
-        if not self.yaw_direction or np.isfinite(self.plant.GetPositionUpperLimits()[NUM_BASE_JOINTS]):
+        if not self.yaw_direction or self.yaw_is_limited:
             return q
         nearest = q.copy()
         nearest[NUM_BASE_JOINTS] += 2.0 * np.pi * np.round((other - q)[NUM_BASE_JOINTS] / (2.0 * np.pi))

@@ -139,9 +139,12 @@ def _grasps(model: AgentModel, obj: ObjectModel) -> tuple[GraspConfiguration, ..
     found = grasp_configurations(model, obj.X_OG, obj.height, X_WO.rotation(), clearance)
     lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
 
+    turns = _turns(obj.object)
+    has_way = max(turns) - min(turns) < np.pi or not model.yaw_is_limited  # turns go the short way round
+
     def is_kept(way: GraspConfiguration) -> bool:
-        q = np.array([model.turned(way.q, angle) for angle in _turns(obj.object)])
-        return bool(np.all((lower <= q) & (q <= upper)))
+        q = np.array([model.turned(way.q, angle) for angle in turns])
+        return has_way and bool(np.all((lower <= q) & (q <= upper)))
 
     return tuple(filter(is_kept, found))
 

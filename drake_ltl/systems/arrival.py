@@ -44,7 +44,11 @@ class Arrival:
         """Whether the agent is at the end of its reach, at rest."""
         agent, goal = task.weld.agent, reach_ends(reach)[1]
         there = np.abs(now.q[agent] - goal).max() <= RETREATED
-        return bool(there) and _fastest(now.qd[agent]) <= self.tolerances.speed
+        return bool(there) and self.rests(agent, now)
+
+    def rests(self, agent: str, now: Measurement) -> bool:
+        """Whether the agent has come to rest; a weld that closes its gap sets light wrists moving."""
+        return _fastest(now.qd[agent]) <= self.tolerances.speed
 
     def misalignment(self, task: GraspTask, now: Measurement) -> tuple[float, float]:
         """Angle [rad] and gap [m] between the gripper and the grasp frame."""

@@ -165,7 +165,8 @@ class Supervision:
     def _settle_grasp(self, state: Progress, task: GraspTask, signals: AgentSignals, now: Measurement) -> Progress:
         name = task.weld.agent
         if signals.grasp == task.weld_index:  # commanded before, and applied since
-            return self._set(state, name, mode=Mode.HOLD, hold=now.q[name])
+            at_rest = self._arrival.rests(name, now)
+            return self._set(state, name, mode=Mode.HOLD, hold=now.q[name]) if at_rest else state
         if self._arrival.can_weld(task, now):
             state = self._set(state, name, grasp=task.weld_index)
             return replace(state, revision=state.revision + 1)
