@@ -123,21 +123,24 @@ class DifferentialDriveModel:
     def planar_state(self, x: np.ndarray) -> PlanarState:
         """Of the model instance's state (q, v) (num_states,)."""
         q_start, v_start, left, right = self._starts
-        rates = x[self.num_positions :]
-        w, a, b, c = x[q_start : q_start + 4]
+        numbers = x.tolist()  # single ones are faster than arrays of two
+        rates = numbers[self.num_positions :]
+        w, a, b, c, p_x, p_y = numbers[q_start : q_start + 6]
         theta = math.atan2(2.0 * (a * b + w * c), w * w + a * a - b * b - c * c)
-        up = 2.0 * np.array([a * c + w * b, b * c - w * a, 0.5 - a * a - b * b])  # z of the base, in W
-        p_BoA = self.wheel_radius * up  # from the base's origin to the middle of the axle: the base pitches a little
+        # From the base's origin to the middle of the axle, along z of the base, which pitches a little.
+        r = 2.0 * self.wheel_radius
+        r_x, r_y, r_z = r * (a * c + w * b), r * (b * c - w * a), r * (0.5 - a * a - b * b)
         w_x, w_y, w_z, v_x, v_y = rates[v_start : v_start + 5]
-        velocity = v_x + w_y * p_BoA[2] - w_z * p_BoA[1], v_y + w_z * p_BoA[0] - w_x * p_BoA[2]
+        v_x, v_y = v_x + w_y * r_z - w_z * r_y, v_y + w_z * r_x - w_x * r_z
         cos, sin = math.cos(theta), math.sin(theta)
+        pitching = cos * w_y - sin * w_x
         return PlanarState(
-            p=x[q_start + 4 : q_start + 6] + p_BoA[:2],
+            p=np.array([p_x + r_x, p_y + r_y]),
             theta=theta,
-            v=float(cos * velocity[0] + sin * velocity[1]),
-            omega=float(w_z),
-            wheels=rates[[left, right]] + cos * w_y - sin * w_x,
-            aside=float(cos * velocity[1] - sin * velocity[0]),
+            v=cos * v_x + sin * v_y,
+            omega=w_z,
+            wheels=np.array([rates[left] + pitching, rates[right] + pitching]),
+            aside=cos * v_y - sin * v_x,
         )
 
     def positions(self, x: float, y: float, theta: float, z: float = 0.0) -> np.ndarray:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.navigation import RegionBall, StaticBody, Traveller, step_relations
@@ -33,7 +34,7 @@ GAINS = UnicycleGains()
 ANGLE = st.floats(-3.2, 3.2)
 
 
-def make_field(starts, goals, obstacles=()) -> DipolarField:
+def make_field(starts, goals, obstacles=(), ratio=RATIO) -> DipolarField:
     """Of poses (N, 3); obstacles are rows x, y, radius."""
     home = RegionBall("home", (0.0, 0.0, 0.0), 8.0)
     travellers = [
@@ -42,7 +43,7 @@ def make_field(starts, goals, obstacles=()) -> DipolarField:
     ]
     bodies = [StaticBody(f"o{i}", radius, (x, y, 0.1)) for i, (x, y, radius) in enumerate(obstacles)]
     step = step_relations(travellers=travellers, static_objects=bodies, regions=[home], workspace_radius=8.0)
-    return DipolarField.of(step, [Dipole(tuple(g[:2]), g[2], RATIO) for g in goals], force=20.0, kappa=12.0)
+    return DipolarField.of(step, [Dipole(tuple(g[:2]), g[2], ratio) for g in goals], force=20.0, kappa=12.0)
 
 
 STARTS = np.array([[-4.0, 0.0, 0.0], [4.0, 0.2, 3.0], [0.0, -4.0, 1.0]])
@@ -205,11 +206,47 @@ def run(field, starts, *, seconds, dt=0.01):
         yield State(p, theta, v, omega, parked)
 
 
+def test_it_arrives_along_its_heading():
+    """From behind and askew: how far it still has to turn when it parks."""
+    goal = np.array([[0.0, 0.0, 0.0]])
+    askew = np.array([[[-3.0, y, 0.0]] for y in (-2.5, -1.5, 1.5, 2.5)])
+    dipolar, plain = (
+        _turn_left_when_parked(make_field([[-3.0, 0.0, 0.0]], goal, ratio=ratio), askew) for ratio in (RATIO, 1.0)
+    )
+    assert np.all(dipolar < 0.15)  # less the slower it is: the heading lags behind the field's
+    assert np.all(plain > 0.4)  # the paper's gamma: it comes straight, from wherever it was
+
+
+def _turn_left_when_parked(field, starts):
+    turn = np.full(len(starts), np.nan)
+    for state in run(field, starts, seconds=12.0):
+        now = state.parked[:, 0] & np.isnan(turn)
+        turn[now] = np.abs(state.theta[now, 0])
+    return turn
+
+
+def test_linearisation_at_the_goal_is_stable_but_for_what_a_pose_lacks():
+    """By AutoDiff, when parked: of x = (s, l, theta, v, omega) all but the error across the heading die away."""
+    dipole, stiffness = Dipole((0.0, 0.0), 0.0, RATIO), 20.0 / 0.5  # k / delta
+
+    def rate(x):
+        p, theta, v, omega = x[:2], x[2], x[3], x[4]
+        f = -0.5 * stiffness * dipole.gradient(p)
+        vdot = drive_force(theta, v, f, GAINS.drive_damping) / MASS
+        omegadot = steering_torque(theta, omega, heading_vector(0.0), GAINS) / INERTIA
+        return np.array([*(v * heading_vector(theta)), omega, vdot, omegadot])
+
+    x = InitializeAutoDiff(np.zeros(5))[:, 0]
+    eigenvalues = np.sort(np.linalg.eigvals(ExtractGradient(rate(x)[:, None])).real)
+    assert eigenvalues[-1] == pytest.approx(0.0, abs=1e-12)
+    assert np.all(eigenvalues[:-1] < -0.5)  # the slowest is near ratio k / (delta K_v) = 0.5 / s, or twice that
+
+
 def test_one_agent_reaches_its_pose_from_all_around_and_v_never_rises():
     goal, obstacle = np.array([[1.5, 0.5, 2.0]]), (-0.5, 0.0, 0.5)
     field = make_field([[-4.0, 0.0, 0.0]], goal, [obstacle])
     rng = np.random.default_rng(0)
-    starts = rng.uniform([-5.0, -5.0, -np.pi], [5.0, 5.0, np.pi], size=(200, 1, 3))
+    starts = rng.uniform([-5.0, -5.0, -np.pi], [5.0, 5.0, np.pi], size=(100, 1, 3))
     starts = starts[np.isfinite(field.value(starts[..., :2]))]
     before = energy(field, starts[..., :2], np.zeros(starts.shape[:2]))
     for state in run(field, starts, seconds=25.0):
