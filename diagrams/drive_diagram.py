@@ -115,7 +115,8 @@ def MakeDriveDiagram(
     instances = {drive.name: AddDifferentialDrive(plant, drive.name, drive.model) for drive in drives}
     plant.Finalize()
     drive_field = builder.AddSystem(DriveField(field, models))
-    logs = {"lyapunov": LogVectorOutput(drive_field.get_lyapunov_output_port(), builder)}
+    period = settings.time_step  # not at every step of the simulator, of which a viewer adds some of its own
+    logs = {"lyapunov": LogVectorOutput(drive_field.get_lyapunov_output_port(), builder, period)}
     controllers = {}
     for name, dipole in zip(models, field.dipoles, strict=True):
         state = plant.get_state_output_port(instances[name])
@@ -124,9 +125,9 @@ def MakeDriveDiagram(
         builder.Connect(state, controller.get_state_input_port())
         builder.Connect(drive_field.get_force_output_port(name), controller.get_force_input_port())
         builder.Connect(controller.get_torque_output_port(), plant.get_actuation_input_port(instances[name]))
-        logs[f"state_{name}"] = LogVectorOutput(state, builder)
-        logs[f"torque_{name}"] = LogVectorOutput(controller.get_torque_output_port(), builder)
-        logs[f"stage_{name}"] = LogVectorOutput(controller.get_stage_output_port(), builder)
+        logs[f"state_{name}"] = LogVectorOutput(state, builder, period)
+        logs[f"torque_{name}"] = LogVectorOutput(controller.get_torque_output_port(), builder, period)
+        logs[f"stage_{name}"] = LogVectorOutput(controller.get_stage_output_port(), builder, period)
         controllers[name] = controller
     for name, log in logs.items():
         log.set_name(f"log_{name}")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drake_ltl.diagrams.drive_diagram import Drive, DriveSettings, MakeDriveDiagram
+from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.execution.drive_run import DriveRun, RunDrives
@@ -63,6 +64,15 @@ def test_broken_promises_are_named(run):
     (line,) = replace(run, lyapunov=np.linspace(0.0, 100.0, len(run.time))).violations()
     assert "V rises" in line
     assert replace(run, arrived=False).violations() == ["not all have arrived"]
+
+
+def test_a_viewer_changes_nothing_that_is_measured():
+    """It adds steps of its own to the simulator's, between which nothing moves."""
+    meshcat = Meshcat(MeshcatParams(host="localhost", port=0))
+    seen, unseen = (RunDrives(MakeDriveDiagram(DRIVES[:1], meshcat=m), time_limit=0.4) for m in (meshcat, None))
+    np.testing.assert_allclose(np.diff(seen.time), DriveSettings().time_step, atol=1e-12)
+    np.testing.assert_array_equal(seen.lyapunov, unseen.lyapunov)
+    assert seen.tracks["a1"].lateral_slip == unseen.tracks["a1"].lateral_slip
 
 
 def test_a_time_limit_ends_the_run():
