@@ -26,6 +26,8 @@ def cluster(address: str) -> Iterator[Executor]:
         from distributed import Client
     except ModuleNotFoundError as error:
         raise MissingDependencyError("clusters need dask.distributed: pip install 'drake-ltl[dask]'") from error
+    if not address.strip():  # dask would start a cluster of its own
+        raise _mistake(address, "is not an address", "write that of a scheduler, such as tcp://host:8786")
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # how connections end is of no interest
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -12,14 +14,13 @@ from drake_ltl.sweep.drawing import Drawn
 from drake_ltl.sweep.outcome import Outcome
 
 
-@pytest.fixture
-def fakes(monkeypatch) -> ModuleType:
+@pytest.fixture(scope="session")
+def fakes() -> Iterator[ModuleType]:
     """Functions that other processes find, too: they get this process's path."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
-    import fakes
-
-    yield fakes
-    sys.modules.pop("fakes", None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(Path(__file__).parent))
+        yield importlib.import_module("fakes")
+        patch.delitem(sys.modules, "fakes")
 
 
 @pytest.fixture
