@@ -78,14 +78,14 @@ def _quantities(summary: Summary) -> Table:
 
 
 def _row(row: Quantity) -> tuple[str, ...]:
-    unit, scale = _SHOWN_UNITS.get(row.unit, (row.unit, 1.0))
+    unit, scale = _shown_unit(row)
     name = f"clearance {CLEARANCE_NAMES[row.name]}" if row.name in CLEARANCE_NAMES else row.name
 
     def number(value: float) -> str:
-        return f"{scale * value:.4g}"
+        return f"{scale * value:.3g}"
 
     return (
-        f"{name} [{unit}]" if unit else name,
+        f"{name}, {unit}" if unit else name,
         f"{row.count}",
         f"{number(row.least)} ({row.least_run})",
         number(row.median),
@@ -95,7 +95,13 @@ def _row(row: Quantity) -> tuple[str, ...]:
     )
 
 
-_SHOWN_UNITS = {"rad": ("degrees", math.degrees(1.0))}
+def _shown_unit(row: Quantity) -> tuple[str, float]:
+    """The unit for people, and what numbers are multiplied with."""
+    if row.unit == "rad":
+        return "degrees", math.degrees(1.0)
+    if row.unit == "m" and max(abs(row.least), abs(row.greatest)) < 0.01:
+        return "mm", 1e3
+    return row.unit, 1.0
 
 
 def summary_to_json(summary: Summary, header: Mapping[str, Any], runs: int) -> dict[str, Any]:

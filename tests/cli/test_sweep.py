@@ -8,8 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -169,27 +170,39 @@ sys.path.insert(0, sys.argv.pop(1))
 import fakes
 import drake_ltl.cli as cli
 from drake_ltl.cli import sweep
-from drake_ltl.sweep.sweep import Sweep
 
 sys.modules["drake_ltl.sweep.one_run"] = types.SimpleNamespace(run_one=fakes.carried_out)
 sys.modules["drake_ltl.sweep.figure"] = types.SimpleNamespace(write_summary_figure=lambda *args: None)
-sweep._prepare = lambda args, scenario: Sweep(scenario, None, None, args.seed)
+sweep._prepare = lambda args, scenario: fakes.Sweep(scenario.name, scenario.source, args.seed)
 sys.argv[0] = "drake-ltl"
 cli.entry_point()
 """
 
 
-def begin(shuttle_file: Path, folder: Path) -> subprocess.Popen:
-    """A sweep of 5 runs in 2 processes."""
+@pytest.fixture
+def begin(shuttle_file, tmp_path) -> Iterator[Callable[[], subprocess.Popen]]:
+    """begin(): a sweep of 5 runs in 2 processes; nothing of it is left when the test ends, however that ends."""
     command = [sys.executable, "-c", PRELUDE, str(FAKES), "sweep", str(shuttle_file), "--runs", "5", "--jobs", "2"]
-    return subprocess.Popen(
-        [*command, "--output", str(folder / "out")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        env=os.environ | {"SWEEP_FOLDER": str(folder)},
-    )
+    begun = []
+
+    def start() -> subprocess.Popen:
+        begun.append(
+            subprocess.Popen(
+                [*command, "--output", str(tmp_path / "out")],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                start_new_session=True,
+                env=os.environ | {"SWEEP_FOLDER": str(tmp_path)},
+            )
+        )
+        return begun[-1]
+
+    yield start
+    for process in begun:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
 
 
 def wait_until(condition) -> None:
@@ -225,16 +238,16 @@ def begun(folder: Path) -> list[int]:
     return [runs.count(run) for run in range(5)]
 
 
-def test_a_sweep_that_is_killed_and_interrupted_goes_on(shuttle_file, tmp_path):
+def test_a_sweep_that_is_killed_and_interrupted_goes_on(begin, tmp_path):
     """Runs 2 and 3 wait until they are let go: whenever they are seen, 0 and 1 are done."""
-    command = begin(shuttle_file, tmp_path)
+    command = begin()
     wait_until(lambda: begun(tmp_path) == [1, 1, 1, 1, 0])
     wait_until(lambda: set(lines_of(tmp_path / "out")) == {0, 1})
     os.kill(command.pid, signal.SIGKILL)
     workers_are_gone(tmp_path)
     command.communicate()
 
-    command = begin(shuttle_file, tmp_path)
+    command = begin()
     wait_until(lambda: begun(tmp_path) == [1, 1, 2, 2, 0])
     os.killpg(command.pid, signal.SIGINT)
     out, err = command.communicate(timeout=PATIENCE)
@@ -242,7 +255,7 @@ def test_a_sweep_that_is_killed_and_interrupted_goes_on(shuttle_file, tmp_path):
     assert out.startswith("UNFINISHED  shuttle, 2 of 5 runs")
     workers_are_gone(tmp_path)
 
-    command = begin(shuttle_file, tmp_path)
+    command = begin()
     wait_until(lambda: begun(tmp_path) == [1, 1, 3, 3, 0])
     os.kill(dict(calls(tmp_path))[2], signal.SIGKILL)  # one of the two processes
     wait_until(lambda: begun(tmp_path) == [1, 1, 3, 3, 1])  # its place is taken

@@ -1,4 +1,4 @@
-"""Runs of milliseconds, for workers in other processes: nothing of drake_ltl is loaded."""
+"""Runs of milliseconds, for workers in other processes, which load nothing of drake_ltl for them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 
 def same(number: int) -> int:
@@ -64,12 +65,35 @@ def slow(folder: Path, number: int) -> int:
     return number
 
 
-def carried_out(sweep: object, number: int) -> object:
-    """In place of a whole run: waits from run 2 on, unless a file `go` is there; tells all in $SWEEP_FOLDER."""
-    from drake_ltl.sweep.outcome import Outcome
+class Sweep:
+    """Has what a report asks for."""
 
+    gains, masses, suffix_rounds = 0.0, 0.0, 1
+
+    def __init__(self, name: str, source: str, seed: int):
+        self.scenario, self.seed = SimpleNamespace(name=name, source=source), seed
+
+
+def carried_out(sweep: Sweep, number: int) -> SatisfiedLater:
+    """In place of a whole run: waits from run 2 on, unless a file `go` is there; tells all in $SWEEP_FOLDER."""
     folder = Path(os.environ["SWEEP_FOLDER"])
     note(folder, number)
     while number >= 2 and not (folder / "go").exists():
         time.sleep(0.02)
+    return SatisfiedLater(number)
+
+
+class SatisfiedLater:
+    """An outcome in the process that gets it."""
+
+    def __init__(self, number: int):
+        self.number = number
+
+    def __reduce__(self) -> tuple:
+        return satisfied, (self.number,)
+
+
+def satisfied(number: int) -> object:
+    from drake_ltl.sweep.outcome import Outcome
+
     return Outcome(number, "satisfied", simulated_seconds=1.0 + number)

@@ -16,6 +16,7 @@ from drake_ltl.sweep.figure import write_summary_figure
 from drake_ltl.sweep.outcome import STATUSES, Outcome
 from drake_ltl.sweep.statistics import quantity, share, summarize
 from drake_ltl.sweep.table import MOST_REASONS, summary_table, summary_to_json
+from drake_ltl.verification.clearances import KINDS
 
 
 @given(st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
@@ -104,7 +105,16 @@ def test_the_table(outcome):
     assert bad.startswith("NOT ALL")
     assert "run 7, stalled: step 1, 1.000 s: it is stalled" in bad
     assert f"and {24 - MOST_REASONS} more" in bad
-    assert "…" not in bad
+    assert "gap of a weld, mm" in bad
+
+
+def test_the_table_fits_a_pipe(outcome):
+    """With numbers of usual size nothing is cut off."""
+    usual = {"min_clearance": dict.fromkeys(KINDS, 12.3456), "simulated_seconds": 123.456, "durations": (12.3456,)}
+    runs = [outcome(k, **usual) for k in (1234, 1235)]
+    text = text_of(summarize(runs), 2)
+    assert "clearance to the workspace's border, m" in text
+    assert "…" not in text
 
 
 def test_the_json_is_the_same_whenever_it_is_made(outcome):
