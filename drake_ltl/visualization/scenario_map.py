@@ -103,7 +103,8 @@ def _draw_objects(
             Circle(centres[obj.name], radius, facecolor=(*colour, 0.16), edgecolor=colour, lw=0.6, zorder=4.5)
         )
         corner, side = centres[obj.name] - radius / np.sqrt(2), radius * np.sqrt(2)
-        axes.add_patch(Rectangle(corner, side, side, facecolor=(*colour, 0.9), edgecolor=colour, zorder=4.5))
+        turned = {"angle": np.rad2deg(obj.heading), "rotation_point": "center"}
+        axes.add_patch(Rectangle(corner, side, side, **turned, facecolor=(*colour, 0.9), edgecolor=colour, zorder=4.5))
 
 
 def _write_formulas(axes: Axes, scenario: Scenario, colours: dict[str, Colour]) -> None:
