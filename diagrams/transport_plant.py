@@ -45,11 +45,17 @@ class TransportPlant:
             self.plant.SetConstraintActiveStatus(plant_context, weld_id, False)
 
 
-def AddTransportPlant(builder: DiagramBuilder, scenario: Scenario, models: MeasuredModels) -> TransportPlant:
+def AddTransportPlant(
+    builder: DiagramBuilder, scenario: Scenario, models: MeasuredModels, *, sampled_outputs: bool = True
+) -> TransportPlant:
     """Adds a discrete MultibodyPlant (SAP) and its SceneGraph with everything in the scenario.
 
     Grippers may touch handles: contact between an agent's end-effector and an object's handle is filtered, and so
     is that between agents and the floor on which they roll. All other contact is real.
+
+    Args:
+        sampled_outputs: whether accelerations, reaction forces and contact results are those of the latest step,
+            which costs time in every step; else they are worked out anew whenever they are asked for.
 
     Raises:
         InvalidInputError: a model cannot be used.
@@ -64,6 +70,7 @@ def AddTransportPlant(builder: DiagramBuilder, scenario: Scenario, models: Measu
     objects = {obj.name: AddObjectModel(plant, obj) for obj in scenario.objects}
     welds = all_welds(models)
     weld_ids = tuple(_add_weld(plant, agents, objects, models, weld) for weld in welds)
+    plant.SetUseSampledOutputPorts(sampled_outputs)
     plant.Finalize()
     assert plant.get_discrete_contact_approximation() == DiscreteContactApproximation.kLagged
     _filter_contact(plant, scene_graph, floor, agents, objects)

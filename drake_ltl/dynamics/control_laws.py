@@ -19,7 +19,7 @@ def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarr
     Leaving a narrow place under a navigation function is fast; K may depend on the state as long as it is positive
     definite, V falls all the more.
     """
-    return damping * min(max(1.0, (speed / limit) ** 2), MAX_GROWTH)
+    return damping if speed <= limit else damping * min((speed / limit) ** 2, MAX_GROWTH)
 
 
 MAX_GROWTH = 8.0

@@ -38,8 +38,8 @@ def grasp_matrix_rate(offsets: Sequence[np.ndarray], w_WO: np.ndarray) -> np.nda
 
 def wrench_at_gripper(F_O: np.ndarray, p_OoEo_W: np.ndarray) -> np.ndarray:
     """J_O^{-T} F_O (6,): the wrench at Eo that is equivalent to F_O (6,) [N m; N] at Oo. No inverse is formed."""
-    torque = F_O[:3] - skew(p_OoEo_W) @ F_O[3:]
-    return np.concatenate([torque, F_O[3:]])
+    (x, y, z), (tx, ty, tz, fx, fy, fz) = p_OoEo_W.tolist(), F_O.tolist()  # numbers of their own are quick
+    return np.array([tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx), fx, fy, fz])
 
 
 def _with_corner(matrix: np.ndarray, corner: np.ndarray) -> np.ndarray:

@@ -9,11 +9,14 @@ def tracking_acceleration(
     q: np.ndarray,
     qd: np.ndarray,
     q_ref: np.ndarray,
-    qd_ref: np.ndarray,
-    qdd_ref: np.ndarray,
+    qd_ref: np.ndarray | float,
+    qdd_ref: np.ndarray | float,
     frequency: float,
 ) -> np.ndarray:
-    """qdd (n,) whose error obeys e'' + 2 w e' + w^2 e = 0, w = `frequency` [rad/s] (critically damped)."""
+    """qdd (n,) whose error obeys e'' + 2 w e' + w^2 e = 0, w = `frequency` [rad/s] (critically damped).
+
+    `qd_ref` and `qdd_ref` may be 0 for a reference at rest.
+    """
     return qdd_ref + 2.0 * frequency * (qd_ref - qd) + frequency**2 * (q_ref - q)
 
 

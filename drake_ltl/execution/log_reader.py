@@ -12,19 +12,22 @@ import drake_ltl
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
 from drake_ltl.execution.intervals import read_intervals
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
+from drake_ltl.multibody.manipulability import manipulability
 from drake_ltl.planning.plan_json import action_to_json
+from drake_ltl.systems.plan_supervisor import split_record
 from drake_ltl.systems.signals import NO_GRASP
 
 
 def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, reason: str) -> Recording:
     """The run so far, from the logs in the context."""
     time, logged = _samples(mission, root_context)
-    status = logged["status"]
+    sizes = {name: model.n for name, model in mission.models.agents.items()}
+    status, signal, reaches = split_record(logged["record"], sizes)
+    *torque, lyapunov = np.split(logged["controls"], np.cumsum(list(sizes.values())), axis=1)
     q, qd, pose, velocity = _by_member(mission, logged["state"])
     agents = tuple(q)
     weld_index = status[:, 2 + len(agents) :].astype(int)
     step, phase = status[:, 0].astype(int), status[:, 1].astype(int)
-    reaches = {name: logged[f"reach_{name}"] for name in agents}
     plan = mission.program.mission.plan
     geometry = mission.models.geometry
     return Recording(
@@ -40,7 +43,7 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         steps=tuple(_steps(mission, time, step, num_steps)),
         completed=not reason,
         reason=reason,
-        intervals=tuple(read_intervals(mission, step, phase, logged["step"], reaches)),
+        intervals=tuple(read_intervals(mission, step, phase, signal, reaches)),
         time=time,
         q=q,
         qd=qd,
@@ -51,8 +54,8 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         phase=phase,
         mode=status[:, 2 : 2 + len(agents)].astype(int),
         grasp=_grasped(mission, tuple(pose), weld_index),
-        lyapunov=logged["lyapunov"][:, 0],
-        effort=np.column_stack([_effort(mission, name, logged[f"torque_{name}"]) for name in agents]),
+        lyapunov=lyapunov[:, 0],
+        effort=np.column_stack([_effort(mission, name, tau) for name, tau in zip(agents, torque, strict=True)]),
         manipulability=np.column_stack([_manipulability(mission, name, q[name]) for name in agents]),
     )
 
@@ -100,7 +103,9 @@ def _effort(mission: MissionDiagram, agent: str, torque: np.ndarray) -> np.ndarr
 
 def _manipulability(mission: MissionDiagram, agent: str, q: np.ndarray) -> np.ndarray:
     """(T,) at configurations (T, n)."""
-    return np.array([mission.models.agents[agent].manipulability(row) for row in q])
+    if not len(q):
+        return np.zeros(0)
+    return manipulability(np.array([mission.models.agents[agent].grasp_jacobian(row) for row in q]))
 
 
 def _grasped(mission: MissionDiagram, objects: tuple[str, ...], weld_index: np.ndarray) -> np.ndarray:

@@ -39,6 +39,8 @@ class Run:
     wall_seconds: float
     interrupted: bool = False
     """By KeyboardInterrupt, that is, by Ctrl-C."""
+    cpu_seconds: float = 0.0
+    """Of this process, in the same time."""
 
 
 def RunMission(
@@ -58,15 +60,15 @@ def RunMission(
         simulator: one whose context is the diagram's (`CreateStartContext`); made here if not given.
     """
     simulator = Simulator(mission.diagram, mission.CreateStartContext()) if simulator is None else simulator
-    begin, interrupted = time.perf_counter(), False
+    begin, cpu, interrupted = time.perf_counter(), time.process_time(), False
     try:
         reason = _advance(mission, simulator, num_steps, report)
     except KeyboardInterrupt:
         reason, interrupted = "interrupted", True
     except (DrakeLtlError, RuntimeError) as error:  # Drake's own checks raise RuntimeError
         reason = " ".join(str(error).split())
-    wall_seconds = time.perf_counter() - begin
-    return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds, interrupted)
+    wall_seconds, cpu_seconds = time.perf_counter() - begin, time.process_time() - cpu
+    return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds, interrupted, cpu_seconds)
 
 
 def _advance(

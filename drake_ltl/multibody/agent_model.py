@@ -155,7 +155,7 @@ class AgentModel:
 
     def manipulability(self, q: np.ndarray) -> float:
         """w(q) = sqrt(det J J^T), see `multibody.manipulability`."""
-        return manipulability(self.grasp_jacobian(q))
+        return float(manipulability(self.grasp_jacobian(q)))
 
     @property
     def posture_stiffness(self) -> np.ndarray:

@@ -6,9 +6,9 @@ import numpy as np
 from pydrake.math import inv
 
 
-def manipulability(J: np.ndarray) -> float:
-    """w = sqrt(det J J^T), of J (6, n) with n >= 6; of fewer joints, sqrt(det J^T J): 0 at singularities."""
-    return float(np.prod(np.linalg.svd(J, compute_uv=False)))
+def manipulability(J: np.ndarray) -> np.ndarray:
+    """w = sqrt(det J J^T) (...), of J (..., 6, n) with n >= 6; of fewer joints, sqrt(det J^T J): 0 at singularities."""
+    return np.prod(np.linalg.svd(J, compute_uv=False), axis=-1)
 
 
 def jacobian_slopes(J: np.ndarray) -> np.ndarray:

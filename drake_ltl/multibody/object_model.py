@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import Shape
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -108,6 +109,12 @@ class ObjectModel:
                     )
                 ]
             )
+
+    def kinetic_energy(self, quaternion: np.ndarray, V_WO: np.ndarray) -> float:
+        """Of the object turned so (4,) that moves at V_WO (6,) (rotational; translational) [J]."""
+        R_WO = RotationMatrix(Quaternion(quaternion / np.sqrt(quaternion @ quaternion))).matrix()
+        w_O, v = V_WO[:3] @ R_WO, V_WO[3:]
+        return 0.5 * float(self.mass * (v @ v) + w_O @ self.I_OOo_O @ w_O)
 
     @property
     def radius(self) -> float:

@@ -8,6 +8,9 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSyste
 from drake_ltl.dynamics import tracking_acceleration
 from drake_ltl.multibody.agent_model import AgentModel
 
+TRACKING_FREQUENCY = 10.0
+"""At which agents that hold or reach return to where they should be [rad/s]."""
+
 
 class HoldController(LeafSystem):
     """Computed torque towards a configuration at rest.
@@ -25,7 +28,7 @@ class HoldController(LeafSystem):
     exp(-w t), w = `frequency` [rad/s].
     """
 
-    def __init__(self, model: AgentModel, frequency: float = 10.0):
+    def __init__(self, model: AgentModel, frequency: float = TRACKING_FREQUENCY):
         super().__init__()
         self.set_name(f"hold_{model.agent.name}")
         self._model, self._frequency = model, frequency

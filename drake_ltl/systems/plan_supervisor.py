@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -47,12 +47,15 @@ class PlanSupervisor(LeafSystem):
         - anchor
         - anchor_<agent>
         - status
+        - record
+        - progress
 
     `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`
     and `shares_` are what the controllers of these names take; `step` is packed by `signals.pack_step`;
     `anchor` all configurations and all objects' origins at the begin of the phase, `anchor_<agent>` one of the
     configurations; `status` (2 + 2 N) is (count,
-    interval, modes, commanded welds), for a log.
+    interval, modes, commanded welds), `record` the same with `step` and every `reach_<agent>` behind, for a log;
+    `progress` is all of it, a Progress.
 
     Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
     newer than the applied ones, a per-step event ends AdvanceTo with this system's status. Apply `commanded_grasps`
@@ -88,6 +91,7 @@ class PlanSupervisor(LeafSystem):
             ValueProducer(allocate=Value[object], calc=self._calc_progress),
             prerequisites_of_calc={self.xd_ticket()},
         )
+        self._latest: tuple[bytes, Progress | None] = (b"", None)
         self._declare_outputs()
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
@@ -98,8 +102,14 @@ class PlanSupervisor(LeafSystem):
         self._output: dict[str, OutputPort] = {}
 
         def declare(name: str, size: int, value: Callable[[Progress], np.ndarray]) -> None:
+            latest: tuple[Progress | None, np.ndarray | None] = (None, None)
+
             def calc(context: Context, output: BasicVector) -> None:
-                output.SetFromVector(value(self.GetProgress(context)))
+                nonlocal latest
+                progress = self.GetProgress(context)
+                if latest[0] is not progress:
+                    latest = (progress, value(progress))
+                output.SetFromVector(latest[1])
 
             self._output[name] = self.DeclareVectorOutputPort(name, size, calc, state)
 
@@ -121,6 +131,10 @@ class PlanSupervisor(LeafSystem):
         for name, start, end in zip(self._sizes, starts, starts[1:], strict=False):
             declare(f"anchor_{name}", int(end - start), lambda progress, a=start, b=end: progress.anchor[a:b])
         declare("status", 2 + 2 * len(self._sizes), _status_signal)
+        declare("record", record_size(self._sizes.values()), self._record_signal)
+        self._output["progress"] = self.DeclareAbstractOutputPort(
+            "progress", Value[object], lambda context, output: output.set_value(self.GetProgress(context)), state
+        )
 
     def get_state_input_port(self, name: str) -> InputPort:
         """Of an agent (2n,) or an object (13,)."""
@@ -148,6 +162,12 @@ class PlanSupervisor(LeafSystem):
     def get_status_output_port(self) -> OutputPort:
         return self._output["status"]
 
+    def get_record_output_port(self) -> OutputPort:
+        return self._output["record"]
+
+    def get_progress_output_port(self) -> OutputPort:
+        return self._output["progress"]
+
     # For whoever advances the Simulator.
 
     def commanded_grasps(self, context: Context) -> list[int]:
@@ -170,8 +190,19 @@ class PlanSupervisor(LeafSystem):
         """The discrete state as Progress."""
         return self._progress.Eval(context)
 
+    def SetProgress(self, context: Context, progress: Progress) -> None:
+        """Puts the mission where `progress` says."""
+        self._store(progress, context.get_mutable_discrete_state())
+
     def _calc_progress(self, context: Context, progress) -> None:
+        """The same Progress as long as the same numbers stand there: a step of the plant counts as a change."""
         values = context.get_discrete_state()
+        key = b"".join([values.value(i).tobytes() for i in range(values.num_groups())])
+        if self._latest[0] != key:
+            self._latest = (key, self._form_progress(values))
+        progress.set_value(self._latest[1])
+
+    def _form_progress(self, values: DiscreteValues) -> Progress:
         count, phase, step_start, revision, interval, active, slow_since, ahead = values.value(self._header)
         way = values.value(self._way).reshape(-1, 2)[: int(ahead)]
         agents = []
@@ -179,19 +210,17 @@ class PlanSupervisor(LeafSystem):
             mode, grasp = values.value(ints)
             agents.append(AgentSignals(int(mode), values.value(hold).copy(), values.value(reach).copy(), int(grasp)))
         anchor = values.value(self._anchor).copy()
-        progress.set_value(
-            Progress(
-                int(count),
-                Phase(int(phase)),
-                step_start,
-                int(revision),
-                anchor,
-                tuple(agents),
-                int(interval),
-                int(active),
-                tuple((float(x), float(y)) for x, y in way),
-                slow_since,
-            )
+        return Progress(
+            int(count),
+            Phase(int(phase)),
+            step_start,
+            int(revision),
+            anchor,
+            tuple(agents),
+            int(interval),
+            int(active),
+            tuple((float(x), float(y)) for x, y in way),
+            slow_since,
         )
 
     # Events.
@@ -214,7 +243,7 @@ class PlanSupervisor(LeafSystem):
             return EventStatus.ReachedTermination(self, "the mission is done")
         if progress.revision != self._applied_revision(context):
             return EventStatus.ReachedTermination(self, "grasps are commanded")
-        return EventStatus.DidNothing()
+        return _NOTHING
 
     def _store(self, progress: Progress, values: DiscreteValues) -> None:
         way = progress.way[:MOST_WAY_POINTS]
@@ -237,9 +266,7 @@ class PlanSupervisor(LeafSystem):
             time=context.get_time(),
             q={name: x[: self._sizes[name]] for name, x in states.items()},
             qd={name: x[self._sizes[name] :] for name, x in states.items()},
-            X_WO={
-                name: RigidTransform(Quaternion(x[:4] / np.linalg.norm(x[:4])), x[4:7]) for name, x in bodies.items()
-            },
+            X_WO=_Poses(bodies),
             V_WO={name: x[7:] for name, x in bodies.items()},
         )
 
@@ -258,8 +285,44 @@ class PlanSupervisor(LeafSystem):
         index = self._supervision.program.index(progress.count)
         return pack_step(index, progress.phase, progress.interval, progress.leg)
 
+    def _record_signal(self, progress: Progress) -> np.ndarray:
+        reaches = [signals.reach for signals in progress.agents]
+        return np.concatenate([_status_signal(progress), self._step_signal(progress), *reaches])
+
+
+class _Poses(Mapping[str, RigidTransform]):
+    """X_WO of objects by their states; formed when it is asked for, which most looks do not."""
+
+    def __init__(self, states: Mapping[str, np.ndarray]):
+        self._states = states
+
+    def __getitem__(self, name: str) -> RigidTransform:
+        x = self._states[name]
+        return RigidTransform(Quaternion(x[:4] / np.linalg.norm(x[:4])), x[4:7])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._states)
+
+    def __len__(self) -> int:
+        return len(self._states)
+
+
+_NOTHING = EventStatus.DidNothing()
+
 
 def _status_signal(progress: Progress) -> np.ndarray:
     modes = [signals.mode for signals in progress.agents]
     grasps = [signals.grasp for signals in progress.agents]
     return np.array([progress.count, progress.interval, *modes, *grasps], dtype=float)
+
+
+def record_size(sizes: Iterable[int]) -> int:
+    """Of the signal `record` of agents with so many joints."""
+    return STEP_SIGNAL_SIZE + sum(2 + 2 + 2 * n for n in sizes) + 2
+
+
+def split_record(record: np.ndarray, sizes: Mapping[str, int]) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Signals `record` (T, ..) as status, step and agent -> reach, one row each."""
+    ends = np.cumsum([2 + 2 * len(sizes), STEP_SIGNAL_SIZE, *(2 + 2 * n for n in sizes.values())])
+    status, step, *reaches = np.split(record, ends[:-1], axis=1)
+    return status, step, dict(zip(sizes, reaches, strict=True))

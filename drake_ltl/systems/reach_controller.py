@@ -6,6 +6,7 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSyste
 
 from drake_ltl.dynamics import quintic, tracking_acceleration
 from drake_ltl.multibody.agent_model import AgentModel
+from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
 from drake_ltl.systems.signals import reach_ends
 
 
@@ -25,7 +26,7 @@ class ReachController(LeafSystem):
     `signals.pack_reach`; `torque` (n,) [N, N m]. The error decays as exp(-w t), w = `frequency` [rad/s].
     """
 
-    def __init__(self, model: AgentModel, frequency: float = 10.0):
+    def __init__(self, model: AgentModel, frequency: float = TRACKING_FREQUENCY):
         super().__init__()
         self.set_name(f"reach_{model.agent.name}")
         self._model, self._frequency = model, frequency

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation import (
+    MoverPotential,
     NavigationFunction,
     Reach,
     RegionBall,
@@ -49,6 +51,11 @@ class StepField:
     transports: tuple[TransportTask, ...]
     relations: StepRelations
     function: NavigationFunction
+
+    @cached_property
+    def potential(self) -> MoverPotential:
+        """The same function, of the movers alone."""
+        return MoverPotential(self.relations, self.function)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from the begin of a phase to its end.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -62,7 +63,7 @@ class Supervision:
         state = self._settle_reaches(state, now)
         if applied != state.revision:
             return state
-        if self.waiting_for(state, now):
+        if any(self._reasons_to_wait(state, now)):
             return self._detours.keep_moving(state, self.step(state), now) if state.phase is Phase.NAVIGATE else state
         step = self.step(state)
         if state.phase is Phase.NAVIGATE and step.late_grasps:
@@ -84,18 +85,17 @@ class Supervision:
 
     def waiting_for(self, state: Progress, now: Measurement) -> list[str]:
         """What keeps the phase from ending, for people; empty when it can end."""
-        if state.phase is Phase.DONE:
-            return []
-        reasons = []
+        return list(self._reasons_to_wait(state, now))
+
+    def _reasons_to_wait(self, state: Progress, now: Measurement) -> Iterator[str]:
         if state.phase is Phase.NAVIGATE:
             step = self.step(state)
-            reasons += [text for task in (*step.travels, *step.transports) if (text := self._arrival.left(task, now))]
+            yield from filter(None, (self._arrival.left(task, now) for task in (*step.travels, *step.transports)))
         for name, signals in zip(self._names, state.agents, strict=True):
-            if signals.mode == Mode.REACH:
+            if signals.mode == Mode.REACH and state.phase is not Phase.DONE:
                 task = self._reach_task(state, name)
                 verb = "grasping" if isinstance(task, GraspTask) else "releasing"
-                reasons.append(f"{name} is still {verb} {task.weld.object}{self._gap_text(task, now)}")
-        return reasons
+                yield f"{name} is still {verb} {task.weld.object}{self._gap_text(task, now)}"
 
     # Phases begin.
 

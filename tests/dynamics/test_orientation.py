@@ -23,7 +23,7 @@ from drake_ltl.dynamics import (
     rotation_from_euler,
     rotation_mismatch,
 )
-from drake_ltl.systems.navigation_field import ROTATION_WEIGHT, rotation_error
+from drake_ltl.systems.field_value import ROTATION_WEIGHT, rotation_error
 
 turn = st.floats(-3.1, 3.1)
 tilt = st.floats(-1.5, 1.5)  # 0.07 rad off the singularity: the map grows to 14

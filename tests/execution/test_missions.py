@@ -14,7 +14,8 @@ from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.execution.runner import RunMission
 from drake_ltl.mission import measure, num_steps, plan_and_place, simulate
 from drake_ltl.scenario import loads
-from drake_ltl.systems.navigation_field import FieldValue, NavigationField
+from drake_ltl.systems import mission_controller
+from drake_ltl.systems.field_value import FieldValue
 from drake_ltl.verification import Verdict, verify
 
 pytestmark = pytest.mark.mission
@@ -142,17 +143,17 @@ def test_the_same_mission_again_is_the_same(recording, mission, case_ii, models)
 
 def test_a_gradient_of_the_wrong_sign_is_judged_violated(mission, case_ii, models, monkeypatch):
     """Movers are driven from their goals to the border of the workspace."""
-    right = NavigationField._evaluate
+    right = mission_controller.evaluate_field
 
-    def wrong(self, context, field):
-        value = right(self, context, field)
+    def wrong(*args):
+        value = right(*args)
         return replace(
             value,
             agents={name: -slope for name, slope in value.agents.items()},
             objects={name: -slope for name, slope in value.objects.items()},
         )
 
-    monkeypatch.setattr(NavigationField, "_evaluate", wrong)
+    monkeypatch.setattr(mission_controller, "evaluate_field", wrong)
     run = simulate(mission, case_ii, models)
     verdict = verify(run.recording)
     assert not verdict.satisfied
@@ -177,15 +178,13 @@ agents:
 """
 
 
-def straight_ahead(self, context, field) -> FieldValue:
+def straight_ahead(field, force, models, world) -> FieldValue:
     """A potential that knows no obstacles, with a V of its own that falls."""
     (task,) = field.travels
-    model = self._models.agents[task.agent]
-    x = self._state[task.agent].Eval(context)
-    error = model.gamma_weights * (x[: model.n] - task.q_goal)
+    weights = models[task.agent].gamma_weights
+    error = weights * (world.q(task.agent) - task.q_goal)
     length = np.sqrt(0.25 + error @ error)
-    V = 40.0 * length + model.kinetic_energy(x[: model.n], x[model.n :])
-    return FieldValue(40.0 * length, V, {task.agent: 40.0 * model.gamma_weights * error / length}, {})
+    return FieldValue(force * length, {task.agent: force * weights * error / length}, {})
 
 
 @pytest.mark.parametrize("bad", [False, True], ids=["around", "across"])
@@ -194,7 +193,7 @@ def test_who_ignores_obstacles_is_judged_violated(monkeypatch, bad):
     scenario = loads(CROSSING)
     models = measure(scenario)
     if bad:
-        monkeypatch.setattr(NavigationField, "_evaluate", straight_ahead)
+        monkeypatch.setattr(mission_controller, "evaluate_field", straight_ahead)
     run = simulate(plan_and_place(scenario, models), scenario, models)
     verdict = verify(run.recording)
     assert run.recording.completed

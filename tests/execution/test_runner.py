@@ -14,8 +14,7 @@ from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from drake_ltl.errors import ExecutionError
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.execution.runner import RunMission
-from drake_ltl.systems import navigation_field
-from drake_ltl.systems.hold_controller import HoldController
+from drake_ltl.systems.mission_controller import MissionController
 from drake_ltl.verification import verify
 
 
@@ -139,7 +138,7 @@ def test_a_step_that_takes_too_long_ends_the_run(run_shuttle, shuttle):
     assert_valid(recording, scenario)
 
 
-def fail_after(monkeypatch, method, count: int, error: Exception, owner=HoldController) -> None:
+def fail_after(monkeypatch, method, count: int, error: Exception, owner=MissionController) -> None:
     """The method does its work so many times, then raises."""
     original, calls = getattr(owner, method), iter(range(10**9))
 
@@ -153,7 +152,7 @@ def fail_after(monkeypatch, method, count: int, error: Exception, owner=HoldCont
 
 @pytest.mark.parametrize("error", [ExecutionError("the model broke"), RuntimeError("Drake's check\nfailed")])
 def test_an_error_in_a_controller_ends_the_run_with_a_recording(run_shuttle, shuttle, monkeypatch, error):
-    fail_after(monkeypatch, "_evaluate", 300, error, navigation_field.NavigationField)
+    fail_after(monkeypatch, "_evaluate", 300, error)
     recording = run_shuttle(2).recording
     assert not recording.completed
     assert recording.reason == " ".join(str(error).split())
@@ -162,7 +161,7 @@ def test_an_error_in_a_controller_ends_the_run_with_a_recording(run_shuttle, shu
 
 
 def test_an_error_at_the_very_start_has_a_recording_too(run_shuttle, shuttle, monkeypatch):
-    fail_after(monkeypatch, "_evaluate", 0, ExecutionError("nothing works"), navigation_field.NavigationField)
+    fail_after(monkeypatch, "_evaluate", 0, ExecutionError("nothing works"))
     recording = run_shuttle(2).recording
     assert recording.reason == "nothing works"
     assert recording.steps == ()
@@ -170,16 +169,16 @@ def test_an_error_at_the_very_start_has_a_recording_too(run_shuttle, shuttle, mo
 
 
 def test_defects_of_a_program_pass(run_shuttle, monkeypatch):
-    fail_after(monkeypatch, "_evaluate", 10, ZeroDivisionError("a defect"), navigation_field.NavigationField)
+    fail_after(monkeypatch, "_evaluate", 10, ZeroDivisionError("a defect"))
     with pytest.raises(ZeroDivisionError, match="a defect"):
         run_shuttle(1)
 
 
 def test_a_torque_that_is_no_number_ends_the_run(run_shuttle, shuttle, monkeypatch):
     """Drake refuses it by itself."""
-    from drake_ltl.systems import transition_controller
+    from drake_ltl.systems import mission_controller
 
-    monkeypatch.setattr(transition_controller, "transition_torque", lambda *args: np.full(4, np.nan))
+    monkeypatch.setattr(mission_controller, "transition_torque", lambda *args: np.full(4, np.nan))
     recording = run_shuttle(1).recording
     assert "NaN" in recording.reason
     assert not recording.completed

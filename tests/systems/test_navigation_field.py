@@ -15,8 +15,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.dynamics import rotation_mismatch
 from drake_ltl.errors import ExecutionError
+from drake_ltl.systems.field_value import ROTATION_WEIGHT, rotation_error
 from drake_ltl.systems.legs import Leg
-from drake_ltl.systems.navigation_field import ROTATION_WEIGHT, NavigationField, rotation_error
+from drake_ltl.systems.navigation_field import NavigationField
 from drake_ltl.systems.signals import Phase, pack_reach, pack_step
 
 TOGETHER = Leg()

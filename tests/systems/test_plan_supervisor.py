@@ -51,7 +51,8 @@ def test_ports_are_named(supervisor, models):
     assert inputs == {f"state_{name}" for name in (*agents, *objects)}
     outputs = {supervisor.get_output_port(i).get_name() for i in range(supervisor.num_output_ports())}
     of_agents = {f"{kind}_{name}" for kind in ("mode", "hold", "reach", "anchor") for name in agents}
-    assert outputs == {*of_agents, *(f"shares_{name}" for name in objects), "step", "anchor", "status"}
+    of_all = {"step", "anchor", "status", "record", "progress"}
+    assert outputs == of_agents | of_all | {f"shares_{name}" for name in objects}
     for port, name in (
         (supervisor.get_mode_output_port("a2"), "mode_a2"),
         (supervisor.get_hold_output_port("a2"), "hold_a2"),
@@ -60,6 +61,8 @@ def test_ports_are_named(supervisor, models):
         (supervisor.get_step_output_port(), "step"),
         (supervisor.get_anchor_output_port(), "anchor"),
         (supervisor.get_status_output_port(), "status"),
+        (supervisor.get_record_output_port(), "record"),
+        (supervisor.get_progress_output_port(), "progress"),
     ):
         assert port.get_name() == name
 

@@ -1,0 +1,85 @@
+"""All agents of a scenario in one plant of their own: what `AgentModel` has of one, in one call for all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
+
+from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel
+from drake_ltl.scenario.model import Agent
+
+_ORIGIN = np.zeros(3)
+
+
+class CrewModel:
+    """Kinematics and dynamics of all agents in the state that was set last.
+
+    Configurations, velocities and torques are stacked, agent after agent in the order given (n,); `rows` says which are
+    whose. It is not safe to share between threads.
+    """
+
+    def __init__(self, agents: Sequence[Agent]):
+        """Of models that `AgentModel` takes."""
+        self._plant = plant = MultibodyPlant(time_step=0.0)
+        instances = {agent.name: AddAgentModel(plant, agent) for agent in agents}
+        plant.Finalize()
+        self._context, self._world = plant.CreateDefaultContext(), plant.world_frame()
+        self._forces = MultibodyForces(plant)
+        self._centre = {name: plant.GetFrameByName(CENTRE_FRAME, instance) for name, instance in instances.items()}
+        self._gripper = {name: plant.GetFrameByName(GRASP_FRAME, instance) for name, instance in instances.items()}
+        self.n = plant.num_velocities()
+        ends = np.cumsum([0, *(plant.num_velocities(instance) for instance in instances.values())]).tolist()
+        self.rows: Mapping[str, slice] = {
+            name: slice(start, end) for name, start, end in zip(instances, ends, ends[1:], strict=False)
+        }
+        """agent -> its rows."""
+        numbers = np.arange(self.n, dtype=float)
+        stacked = np.concatenate([plant.GetVelocitiesFromArray(instance, numbers) for instance in instances.values()])
+        assert np.array_equal(stacked, numbers)  # Drake orders trees of bodies as they were added
+
+    def set_state(self, q: np.ndarray, qd: np.ndarray) -> None:
+        """To configurations and velocities (n,)."""
+        self._plant.SetPositions(self._context, q)
+        self._plant.SetVelocities(self._context, qd)
+
+    def set_velocities(self, qd: np.ndarray) -> None:
+        """To velocities (n,), all else as it was."""
+        self._plant.SetVelocities(self._context, qd)
+
+    def centre(self, agent: str) -> np.ndarray:
+        """c_i (3,) [m] in W, the centre of the bounding sphere."""
+        return self._centre[agent].CalcPoseInWorld(self._context).translation()
+
+    def gravity(self) -> np.ndarray:
+        """g_q (n,) [N, N m] of (1a), the torques that balance gravity."""
+        return -self._plant.CalcGravityGeneralizedForces(self._context)
+
+    def inverse_dynamics(self, qdd: np.ndarray) -> np.ndarray:
+        """B qdd + N qd + g_q (n,): the torques of (1a) that yield qdd (n,) with no contact."""
+        self._plant.CalcForceElementsContribution(self._context, self._forces)  # gravity
+        return self._plant.CalcInverseDynamics(self._context, qdd, self._forces)
+
+    def kinetic_energy(self) -> float:
+        """qd^T B qd / 2 [J]."""
+        return self._plant.CalcKineticEnergy(self._context)
+
+    def centre_jacobian(self, agent: str) -> np.ndarray:
+        """d c_i / d q_i (3, n_i) in W."""
+        J = self._plant.CalcJacobianTranslationalVelocity(
+            self._context, JacobianWrtVariable.kV, self._centre[agent], _ORIGIN, self._world, self._world
+        )
+        return J[:, self.rows[agent]]
+
+    def grasp_position(self, agent: str) -> np.ndarray:
+        """p_WE (3,) [m] of the end-effector frame."""
+        return self._gripper[agent].CalcPoseInWorld(self._context).translation()
+
+    def grasp_jacobian(self, agent: str) -> np.ndarray:
+        """J_i (6, n_i) in W, rows (rotational; translational): V_WE = J_i qd_i."""
+        J = self._plant.CalcJacobianSpatialVelocity(
+            self._context, JacobianWrtVariable.kV, self._gripper[agent], _ORIGIN, self._world, self._world
+        )
+        return J[:, self.rows[agent]]

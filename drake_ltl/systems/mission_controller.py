@@ -1,0 +1,266 @@
+"""LeafSystem of all control laws at once: the torques of every agent, and V, in one evaluation.
+
+The laws are those of `HoldController`, `ReachController`, `TransitionController` and `TransportController` with their
+`NavigationField`, by the same functions of `drake_ltl.dynamics` and `field_value`. What each of those systems asks of a
+model for itself, this one asks once for all, of one plant: a simulation takes a fraction of the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort, ValueProducer
+
+from drake_ltl.dynamics import (
+    body_gravity,
+    check_load_shares,
+    growing_damping,
+    quintic,
+    speed_of,
+    team_wrench,
+    tracking_acceleration,
+    transition_torque,
+    transport_torque,
+)
+from drake_ltl.dynamics.null_space import PostureSpring
+from drake_ltl.errors import ExecutionError
+from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
+from drake_ltl.multibody.crew import CrewModel
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.field_value import evaluate_field
+from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
+from drake_ltl.systems.latest_field import LatestField
+from drake_ltl.systems.posture_springs import PostureSprings
+from drake_ltl.systems.program import MissionProgram
+from drake_ltl.systems.progress import Progress
+from drake_ltl.systems.signals import Mode, pack_step, reach_ends
+from drake_ltl.systems.state_places import StatePlaces
+from drake_ltl.systems.step_field import StepField
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """An agent of a team under way."""
+
+    object: str
+    share: float
+    """c_tau."""
+    spring: PostureSpring | None
+    """Of a redundant agent."""
+
+
+@dataclass(frozen=True)
+class Orders:
+    """All that is constant of the control laws while the supervisor's Progress stays. Arrays are stacked (n,)."""
+
+    field: StepField | None
+    travels: tuple[str, ...]
+    carried: tuple[str, ...]
+    """Objects."""
+    carriers: dict[str, Carrier]
+    holds: bool
+    """Whether anybody holds."""
+    holding: np.ndarray
+    """1 for joints of agents that hold, else 0."""
+    hold: np.ndarray
+    """Where these joints are to stay."""
+    reaches: dict[str, np.ndarray]
+    """agent -> signals.pack_reach."""
+    tracking: np.ndarray
+    """1 for joints of agents that hold or reach, else 0."""
+    moving: np.ndarray
+    """1 for joints that count in V, else 0."""
+
+
+class MissionController(LeafSystem):
+    """All control laws of a mission, and the Lyapunov function V of what moves under phi.
+
+    .. pydrake_system::
+
+        name: MissionController
+        input_ports:
+        - state
+        - progress
+        output_ports:
+        - torque
+        - lyapunov
+        - controls
+
+    `state` is the plant's whole state (positions and velocities of everything), `progress` the supervisor's Progress;
+    `torque` stacks tau_i (n_i,) [N, N m] of all agents, `lyapunov` is V [J], see `NavigationField`; `controls` is
+    both in one vector, for a plant and a log that share it.
+    """
+
+    def __init__(self, places: StatePlaces, program: MissionProgram, scenario: Scenario, models: MeasuredModels):
+        """`places` says what is where in the signal `state`."""
+        super().__init__()
+        self.set_name("mission_controller")
+        self._places, self._crew = places, CrewModel(scenario.agents)
+        self._program, self._models, self._settings = program, models, scenario.controller
+        self._latest, self._springs = LatestField(program, scenario, models), PostureSprings(models.agents)
+        settings = scenario.controller
+        self._damping = {
+            name: model.damping(settings.base_damping, settings.arm_damping) for name, model in models.agents.items()
+        }
+        self._team_damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
+        self._object_gravity = {name: body_gravity(model.mass) for name, model in models.objects.items()}
+        self._latest_orders: tuple[Progress | None, Orders | None] = (None, None)
+        self._state = self.DeclareVectorInputPort("state", places.size)
+        self._progress = self.DeclareAbstractInputPort("progress", Value[object]())
+        self._value = self.DeclareCacheEntry(
+            "value",
+            ValueProducer(allocate=Value[object], calc=self._calc_value),
+            prerequisites_of_calc={self.all_input_ports_ticket(), self.time_ticket()},
+        )
+        ticket, n = {self._value.ticket()}, self._crew.n
+        self._torque = self.DeclareVectorOutputPort("torque", n, self._calc_torque, ticket)
+        self._lyapunov = self.DeclareVectorOutputPort("lyapunov", 1, self._calc_lyapunov, ticket)
+        self._controls = self.DeclareVectorOutputPort("controls", n + 1, self._calc_controls, ticket)
+
+    def get_state_input_port(self) -> InputPort:
+        return self._state
+
+    def get_progress_input_port(self) -> InputPort:
+        return self._progress
+
+    def get_torque_output_port(self) -> OutputPort:
+        return self._torque
+
+    def get_lyapunov_output_port(self) -> OutputPort:
+        return self._lyapunov
+
+    def get_controls_output_port(self) -> OutputPort:
+        return self._controls
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._value.Eval(context)[:-1])
+
+    def _calc_lyapunov(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._value.Eval(context)[-1:])
+
+    def _calc_controls(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._value.Eval(context))
+
+    def _calc_value(self, context: Context, value: AbstractValue) -> None:
+        x, orders = self._state.Eval(context), self._orders_of(self._progress.Eval(context))
+        if not isfinite(np.add.reduce(x)) and (names := self._places.not_finite(x)):
+            # a plant's own check would end the process
+            raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {context.get_time():.3f} s")
+        value.set_value(self._evaluate(context.get_time(), orders, x[self._places.q], x[self._places.qd], x))
+
+    def _evaluate(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Torques (n,), then V."""
+        crew, controls = self._crew, np.zeros(len(q) + 1)
+        crew.set_state(q, qd * orders.tracking)
+        torque = controls[:-1]
+        torque[:] = self._tracking_torque(time, orders, q, qd)
+        if orders.field is None:
+            return controls
+        world = _World(crew, q, {name: x[self._places.pose[name]] for name in orders.carried})
+        field = evaluate_field(orders.field, self._settings.force, self._models.agents, world)
+        energy = field.potential
+        for name in orders.travels:
+            rows = crew.rows[name]
+            torque[rows] = self._transition(name, torque[rows], field.agents[name], qd[rows])
+        V_WO = {name: x[self._places.velocity[name]] for name in field.objects}
+        wrenches = {name: self._wrench(name, gradient, V_WO[name]) for name, gradient in field.objects.items()}
+        for name, carrier in orders.carriers.items():
+            rows, J = crew.rows[name], crew.grasp_jacobian(name)
+            p_OoEo_W = crew.grasp_position(name) - world.poses[carrier.object][4:]
+            tau = transport_torque(carrier.share, wrenches[carrier.object], p_OoEo_W, J, torque[rows])
+            if carrier.spring is not None:
+                tau += carrier.spring.torque(q[rows], qd[rows], J)
+                energy += carrier.spring.energy(q[rows], J)
+            torque[rows] = tau
+        for name, V in V_WO.items():
+            energy += self._models.objects[name].kinetic_energy(world.poses[name][:4], V)
+        crew.set_velocities(qd * orders.moving)
+        controls[-1] = energy + crew.kinetic_energy()
+        return controls
+
+    def _transition(self, name: str, gravity: np.ndarray, gradient: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        """(10a)."""
+        damping = growing_damping(self._damping[name], speed_of(qd[:NUM_BASE_JOINTS]), self._settings.speed_limit)
+        return transition_torque(gravity, gradient, damping, qd)
+
+    def _wrench(self, name: str, gradient: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
+        """What a team shares of (10b)."""
+        damping = growing_damping(self._team_damping, speed_of(V_WO[3:]), self._settings.speed_limit)
+        return team_wrench(self._object_gravity[name], gradient, damping, V_WO)
+
+    def _tracking_torque(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        """Computed torques of those who hold or reach, g_q of all others, with velocities set for the former alone."""
+        if not (orders.holds or orders.reaches):
+            return self._crew.gravity()
+        qdd = orders.holding * tracking_acceleration(q, qd, orders.hold, 0.0, 0.0, TRACKING_FREQUENCY)
+        for name, reach in orders.reaches.items():
+            rows, reference = self._crew.rows[name], quintic(time - reach[0], reach[1], *reach_ends(reach))
+            qdd[rows] = tracking_acceleration(q[rows], qd[rows], *reference, TRACKING_FREQUENCY)
+        return self._crew.inverse_dynamics(qdd)
+
+    def _orders_of(self, progress: Progress) -> Orders:
+        """A pure function of the progress, kept for as long as this stays."""
+        if self._latest_orders[0] is not progress:
+            self._latest_orders = (progress, self._form_orders(progress))
+        return self._latest_orders[1]
+
+    def _form_orders(self, progress: Progress) -> Orders:
+        signals = dict(zip(self._models.agents, progress.agents, strict=True))
+        step = pack_step(self._program.index(progress.count), progress.phase, progress.interval, progress.leg)
+        reaches = {name: signals[name].reach for name in self._latest.reaching(step)}
+        field = self._latest.of(step, progress.anchor, reaches)
+        travels = tuple(task.agent for task in field.travels) if field is not None else ()
+        carriers = self._carriers(field, self._latest.snapshot(progress.anchor).q)
+        in_mode = {mode: [n for n, told in signals.items() if told.mode == mode] for mode in (Mode.HOLD, Mode.REACH)}
+        return Orders(
+            field=field,
+            travels=travels,
+            carried=tuple(task.object for task in field.transports) if field is not None else (),
+            carriers=carriers,
+            holds=bool(in_mode[Mode.HOLD]),
+            holding=self._mask(in_mode[Mode.HOLD]),
+            hold=np.concatenate([told.hold for told in signals.values()]),
+            reaches={name: signals[name].reach for name in in_mode[Mode.REACH]},
+            tracking=self._mask([*in_mode[Mode.HOLD], *in_mode[Mode.REACH]]),
+            moving=self._mask([*travels, *carriers]),
+        )
+
+    def _carriers(self, field: StepField | None, anchor: Mapping[str, np.ndarray]) -> dict[str, Carrier]:
+        carriers = {}
+        for task in field.transports if field is not None else ():
+            check_load_shares(task.shares)
+            shares = dict(zip(self._models.agents, task.shares.tolist(), strict=True))
+            for name in task.team:
+                springy = self._models.agents[name].is_redundant
+                spring = self._springs.of(name, anchor[name]) if springy else None
+                carriers[name] = Carrier(task.object, shares[name], spring)
+        return carriers
+
+    def _mask(self, agents: Iterable[str]) -> np.ndarray:
+        mask = np.zeros(self._crew.n)
+        for name in agents:
+            mask[self._crew.rows[name]] = 1.0
+        return mask
+
+
+@dataclass(frozen=True)
+class _World:
+    """Kinematics of the crew and its loads."""
+
+    crew: CrewModel
+    stacked: np.ndarray
+    poses: Mapping[str, np.ndarray]
+
+    def q(self, name: str) -> np.ndarray:
+        return self.poses[name] if name in self.poses else self.stacked[self.crew.rows[name]]
+
+    def centre(self, agent: str) -> np.ndarray:
+        return self.crew.centre(agent)
+
+    def centre_jacobian(self, agent: str) -> np.ndarray:
+        return self.crew.centre_jacobian(agent)

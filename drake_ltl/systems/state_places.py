@@ -1,0 +1,60 @@
+"""What is where in the state of a plant that has everything of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+
+@dataclass(frozen=True)
+class StatePlaces:
+    """Indices into a plant's positions and velocities (size,), as its state port has them."""
+
+    size: int
+    agents: tuple[str, ...]
+    sizes: tuple[int, ...]
+    """n_i of each."""
+    q: np.ndarray
+    """Configurations of all agents, stacked (n,)."""
+    qd: np.ndarray
+    """Their velocities (n,)."""
+    pose: Mapping[str, slice]
+    """object -> quaternion and origin (7,)."""
+    velocity: Mapping[str, slice]
+    """object -> angular and linear velocity (6,)."""
+
+    @staticmethod
+    def of(
+        plant: MultibodyPlant, agents: Mapping[str, ModelInstanceIndex], objects: Mapping[str, ModelInstanceIndex]
+    ) -> StatePlaces:
+        """`plant` is finalized; objects are free bodies."""
+        numbers = np.arange(plant.num_multibody_states(), dtype=float)
+        positions, velocities = np.split(numbers, [plant.num_positions()])
+        q = [plant.GetPositionsFromArray(instance, positions) for instance in agents.values()]
+        qd = [plant.GetVelocitiesFromArray(instance, velocities) for instance in agents.values()]
+        pose = {name: _span(plant.GetPositionsFromArray(instance, positions)) for name, instance in objects.items()}
+        velocity = {
+            name: _span(plant.GetVelocitiesFromArray(instance, velocities)) for name, instance in objects.items()
+        }
+        stacked_q, stacked_qd = np.concatenate(q).astype(int), np.concatenate(qd).astype(int)
+        sizes = tuple(len(part) for part in q)
+        return StatePlaces(len(numbers), tuple(agents), sizes, stacked_q, stacked_qd, pose, velocity)
+
+    def not_finite(self, x: np.ndarray) -> list[str]:
+        """Whose state has numbers that are not finite."""
+        finite = np.isfinite(x)
+        ends = np.cumsum(self.sizes)[:-1]
+        parts = zip(self.agents, np.split(finite[self.q], ends), np.split(finite[self.qd], ends), strict=True)
+        agents = [name for name, q, qd in parts if not (q.all() and qd.all())]
+        return agents + [o for o in self.pose if not (finite[self.pose[o]].all() and finite[self.velocity[o]].all())]
+
+
+def _span(numbers: np.ndarray) -> slice:
+    """Numbers that follow one another."""
+    start, size = int(numbers[0]), len(numbers)
+    assert np.array_equal(numbers, np.arange(start, start + size)), numbers
+    return slice(start, start + size)
