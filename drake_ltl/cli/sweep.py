@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 MOST_RUNS = 1_000_000
 MOST_JOBS = 256
+MOST_ON_CLUSTER = 2000
+"""Runs that a cluster is given at a time."""
 SUMMARY = "summary.json"
 PICTURE = "summary.png"
 
@@ -119,7 +121,7 @@ def _run_all(sweep: Sweep, args: argparse.Namespace, folder: Path) -> int:
                         journal.add(outcome)
                         advance()
 
-                    width = None if args.dask else jobs
+                    width = MOST_ON_CLUSTER if args.dask else jobs
                     collect(missing, functools.partial(run_one, sweep), executor, keep, width=width)
         except KeyboardInterrupt:
             complain("interrupted; the same command goes on from here")

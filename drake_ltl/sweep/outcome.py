@@ -65,11 +65,10 @@ def judged(
 ) -> Outcome:
     """The outcome of a run that was carried out, to its end or not."""
     status = SATISFIED if verdict.satisfied else VIOLATED if recording.completed else STALLED
-    early = f"the run ended early: {recording.reason or 'no reason is recorded'}"
     return Outcome(
         run=number,
         status=status,
-        reason={SATISFIED: "", STALLED: early}.get(status) or "; ".join(map(str, verdict.violations[:1])),
+        reason=_reason(status, recording, verdict),
         drawn=drawn,
         cost=cost,
         durations=tuple(float(step.duration) for step in verdict.steps if step.finished),
@@ -81,6 +80,13 @@ def judged(
         max_tilt=_finite(verdict.max_tilt),
         wall_seconds=wall_seconds,
     )
+
+
+def _reason(status: str, recording: Recording, verdict: Verdict) -> str:
+    if status == STALLED:
+        return f"the run ended early: {recording.reason or 'no reason is recorded'}"
+    first, more = "".join(map(str, verdict.violations[:1])), len(verdict.violations) - 1
+    return f"{first} (and {more} more)" if more > 0 else first
 
 
 def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
