@@ -43,7 +43,21 @@ def remarks(problem: Problem, reasons: Sequence[Reason]) -> tuple[str, ...]:
         return ()
     carrying = [line for r in reasons if isinstance(r, Power) for line in _carrying(problem, r.object, reasons)]
     crowding = [line for r in reasons if isinstance(r, Room) for line in _crowding(problem, r.region, reasons)]
-    return (*carrying, *crowding)
+    return (*carrying, *(_ungrasped(problem, reasons) if any(isinstance(r, Room) for r in reasons) else ()), *crowding)
+
+
+def _ungrasped(problem: Problem, reasons: Sequence[Reason]) -> Iterator[str]:
+    """Who cannot hold an object anywhere: it is not for want of room in this region or that."""
+    concerned = set().union(*(_members(problem.scenario, r) for r in reasons))
+    for obj in (name for name in problem.scenario.object_names if name in concerned):
+        unable = [agent for agent in problem.scenario.agent_names if not _can_hold(problem, agent, obj)]
+        if unable:
+            yield f"{' and '.join(unable)} cannot grasp {obj} in any region"
+
+
+def _can_hold(problem: Problem, agent: str, obj: str) -> bool:
+    content = Content((), (obj,), ((agent, obj),))
+    return any(problem.fits(region, content) for region in problem.scenario.regions)
 
 
 def _carrying(problem: Problem, obj: str, reasons: Sequence[Reason]) -> Iterator[str]:
@@ -93,7 +107,8 @@ def _crowding(problem: Problem, region: str, reasons: Sequence[Reason]) -> Itera
         tight = [
             f"{_sum(team)} with {obj}"
             for team in able_teams(problem, obj)
-            if not all(problem.fits(place, content) for content in _with_object(team, obj))
+            if all(_can_hold(problem, agent, obj) for agent in team)
+            and not all(problem.fits(place, content) for content in _with_object(team, obj))
         ]
         if tight:
             yield f"{region} has no room for {_some(tight)}"

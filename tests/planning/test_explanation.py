@@ -136,6 +136,18 @@ def test_no_room_for_the_team(make_scenario):
     assert "  pi4 has room for what fits within 3.5 m of its centre" in found.lines
 
 
+def test_who_cannot_grasp_at_all(make_scenario):
+    """It is not for want of room that a1 holds nothing, and a2 is too weak alone."""
+    scenario = make_scenario({"a1": (2.0, "1"), "a2": (3.0, "1")}, {"o1": (5.0, "F pi4")}, fits=None)
+    found = explained(
+        scenario,
+        State(("pi1", "pi3"), ("pi2",), (None, None)),
+        lambda region, content: "a1" not in dict(content.holds),
+    )
+    assert "a1 cannot grasp o1 in any region" in found.remarks
+    assert not any("no room" in remark for remark in found.remarks)
+
+
 def test_no_room_for_a_crowd(make_scenario):
     scenario = make_scenario({f"a{i}": (1.0, "1") for i in range(1, 4)}, {}, spec="F(a1.pi4 & a2.pi4 & a3.pi4)")
     found = explained(
