@@ -20,6 +20,9 @@ from matplotlib.image import imread
 from drake_ltl.cli import sweep
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import load
+from drake_ltl.sweep import figure, one_run
+from drake_ltl.sweep.outcome import Outcome
+from drake_ltl.sweep.sweep import Sweep
 
 FAKES = Path(__file__).parent.parent / "sweep"
 PATIENCE = 40.0
@@ -28,7 +31,7 @@ PATIENCE = 40.0
 
 @pytest.fixture
 def in_this_process(monkeypatch) -> None:
-    """No processes are started, which takes seconds: a thread carries the runs out."""
+    """No processes are started, which takes seconds: a thread carries the runs out. No picture is drawn."""
 
     @contextmanager
     def executor(address, jobs):
@@ -36,6 +39,7 @@ def in_this_process(monkeypatch) -> None:
             yield threads
 
     monkeypatch.setattr(sweep, "_executor", executor)
+    monkeypatch.setattr(figure, "write_summary_figure", lambda *args: None)
 
 
 def lines_of(folder: Path) -> dict[int, dict]:
@@ -66,30 +70,29 @@ def test_a_run_of_a_sweep_can_be_done_alone(drake_ltl, shuttle_file, tmp_path):
     assert written.controller.force == before["drawn"]["gains"]["force"]
 
 
-def test_more_runs_and_other_sweeps(drake_ltl, shuttle_file, tmp_path, in_this_process):
+def test_more_runs_and_other_sweeps(drake_ltl, shuttle_file, tmp_path, in_this_process, monkeypatch):
+    begun = []
+
+    def satisfied(settings, number):
+        begun.append(number)
+        return Outcome(number, "satisfied", simulated_seconds=1.0)
+
+    monkeypatch.setattr(one_run, "run_one", satisfied)
+    monkeypatch.setattr(sweep, "_prepare", lambda args, scenario: Sweep(scenario, None, None, args.seed))
     options = ("--seed", "5", "--output", tmp_path)
-    assert drake_ltl("sweep", shuttle_file, "--runs", "1", *options).status == 0
-    (before,) = lines_of(tmp_path).values()
-    assert drake_ltl("sweep", shuttle_file, "--runs", "2", *options).status == 0
-    outcomes = lines_of(tmp_path)
-    assert set(outcomes) == {0, 1}
-    assert outcomes[0] == before
-    assert outcomes[1]["drawn"] != before["drawn"]
-    summary = (tmp_path / "summary.json").read_bytes()
-    assert json.loads(summary)["satisfied"]["count"] == 2
-
-    def never(*args):
-        raise AssertionError("nothing is left to do")
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sweep, "_executor", never)
-        assert drake_ltl("sweep", shuttle_file, "--runs", "2", *options).status == 0
-    assert (tmp_path / "summary.json").read_bytes() == summary
-    refused = drake_ltl("sweep", shuttle_file, "--runs", "2", "--seed", "6", "--output", tmp_path)
+    for runs in (1, 3, 3, 2):
+        result = drake_ltl("sweep", shuttle_file, "--runs", runs, *options)
+        assert result.status == 0
+        assert result.out.startswith(f"ALL SATISFIED  shuttle, {runs} of {runs} runs")
+        assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["satisfied"]["count"] == runs
+    assert begun == [0, 1, 2]
+    before = (tmp_path / "runs.jsonl").read_bytes()
+    refused = drake_ltl("sweep", shuttle_file, "--runs", "4", "--seed", "6", "--output", tmp_path)
     assert refused.status == 2
     (line,) = refused.err.splitlines()
     assert "holds a sweep of another seed; name another folder" in line
-    assert lines_of(tmp_path) == outcomes
+    assert (tmp_path / "runs.jsonl").read_bytes() == before
+    assert begun == [0, 1, 2]
 
 
 def test_a_run_that_stalls_is_told_and_written(drake_ltl, shuttle_file, tmp_path, in_this_process):
@@ -103,7 +106,7 @@ def test_a_run_that_stalls_is_told_and_written(drake_ltl, shuttle_file, tmp_path
     assert unsatisfied["status"] == "stalled"
     written = (tmp_path / "out" / "run_0.yaml").read_text(encoding="utf-8")
     assert written.startswith("# run 0 of seed 0, stalled: the run ended early: step 1 did not finish")
-    assert drake_ltl("simulate", tmp_path / "out" / "run_0.yaml").status == 1
+    assert load(tmp_path / "out" / "run_0.yaml").simulation.step_time_limit == 1.0
 
 
 def test_masses_are_unknown_to_the_controllers(case_ii, models, mission, program):
