@@ -59,7 +59,7 @@ def test_everything_is_written(drake_ltl, shuttle_file, tmp_path):
     assert len(list(report.glob("*.png"))) >= 3
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "<html" in page.lower()
-    assert "navigation_field" in (tmp_path / "systems.dot").read_text(encoding="utf-8")
+    assert "mission_controller" in (tmp_path / "systems.dot").read_text(encoding="utf-8")
 
 
 def test_what_was_simulated_can_be_verified(drake_ltl, shuttle_file, tmp_path):
