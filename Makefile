@@ -11,7 +11,7 @@ help:
 	@echo "make demo   plan, simulate and verify examples/case_ii.yaml; results under out/"
 	@echo "make test   all tests"
 	@echo "make fast   tests without whole missions"
-	@echo "make bench  measure planning, load sharing and navigation functions; results in out/benchmark_*.json"
+	@echo "make bench  measure planning, simulation, load sharing and navigation functions; results in out/benchmark_*.json"
 	@echo "make lint   ruff"
 	@echo "make clean  remove .venv and out"
 
@@ -38,6 +38,7 @@ fast: install
 
 bench: install
 	$(BIN)/python benchmarks/planning.py
+	$(BIN)/python benchmarks/simulation.py
 	$(BIN)/python benchmarks/load_sharing.py
 	$(BIN)/python benchmarks/navigation.py
 
