@@ -1,15 +1,17 @@
 """Random starts from which a scenario's plan can be placed, every one of them equally likely.
 
-The set of these starts has no simple shape: bodies must stand apart in their regions, and around an object there must
-be room for those who grasp it. So a random walk is taken in it, as Metropolis et al. (1953) did for hard discs: a
-member is moved at random and stays there if the start is still one of the set. Both kinds of moves are as likely there
-and back, so in the long run all starts are equally likely, and every start on the way is a valid one. The walk has an
-end, though: where there is little room, starts are nearer to the scenario's own than in the long run.
+The set of these starts has no simple shape: bodies must stand apart in their regions, by the least margin of planning
+(or what the scenario's own start leaves of it: else a run's least clearance would be that of the draw), and around an
+object there must be room for those who grasp it. So a random walk is taken in it, as Metropolis et al. (1953) did for
+hard discs: a member is moved at random and stays there if the start is still one of the set. Both kinds of moves are as
+likely there and back, so in the long run all starts are equally likely, and every start on the way is a valid one. The
+walk has an end, though: where there is little room, starts are nearer to the scenario's own than in the long run.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping
 
@@ -19,6 +21,7 @@ from drake_ltl.errors import InvalidInputError, PlacementError
 from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.placement import place
 from drake_ltl.planning.plan import Plan
+from drake_ltl.planning.spheres import LEAST_MARGIN
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import Starts, check_starts
 
@@ -26,7 +29,7 @@ Position = tuple[float, float]
 """x and y of a base or of an object's origin in W [m]."""
 
 ROUNDS = 6
-"""In each, every member is moved twice: anywhere in its region where it touches nothing, and to somewhere near."""
+"""In each, every member is moved twice: anywhere in its region where it is apart from all, and to somewhere near."""
 TRIES = 100
 """To find such a place; there is none where a region is full."""
 NEAR = 0.5
@@ -74,11 +77,13 @@ class _Walk:
 
     def __init__(self, scenario: Scenario, geometry: Geometry, plan: Plan):
         self._scenario, self._geometry, self._plan = scenario, geometry, plan
-        self._home = _homes(check_starts(scenario, geometry))
+        starts = check_starts(scenario, geometry)
+        self._home = _homes(starts)
+        self._margin = min(LEAST_MARGIN, self._least_gap(starts))
         self.begin = {member.name: member.position for member in (*scenario.agents, *scenario.objects)}
 
     def moved_anywhere(self, now: dict[str, Position], name: str, rng: np.random.Generator) -> dict[str, Position]:
-        """Where it touches nothing, each place as likely: so the way back is as likely too."""
+        """Where it is apart from all, each place as likely: so the way back is as likely too."""
         region = self._scenario.region(self._home[name])
         for _ in range(TRIES):
             moved = {**now, name: _in_disc(region.centre[:2], region.radius, rng)}
@@ -93,12 +98,19 @@ class _Walk:
         return moved if starts is not None and self._has_places(moved, starts) else now
 
     def _starts(self, positions: Mapping[str, Position]) -> Starts | None:
-        """None where some sphere touches another or is not in its region."""
+        """None where some sphere is too near to another or is not in its region."""
         try:
             starts = check_starts(placed_at(self._scenario, positions), self._geometry)
         except InvalidInputError:
             return None
-        return starts if _homes(starts) == self._home else None
+        return starts if _homes(starts) == self._home and self._least_gap(starts) >= self._margin else None
+
+    def _least_gap(self, starts: Starts) -> float:
+        """Between any two bounding spheres [m]."""
+        spheres = [(start.p_WC, self._geometry.agent_radius[name]) for name, start in starts.agents.items()]
+        spheres += [(start.p_WO, self._geometry.object_radius[name]) for name, start in starts.objects.items()]
+        gaps = (math.dist(p, q) - r - s for (p, r), (q, s) in itertools.combinations(spheres, 2))
+        return min(gaps, default=math.inf)
 
     def _has_places(self, positions: Mapping[str, Position], starts: Starts) -> bool:
         """Whether the plan can be placed; this takes the longest of all."""

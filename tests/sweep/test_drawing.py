@@ -122,6 +122,28 @@ def test_starts_fill_their_region_evenly(shuttle_text, monkeypatch):
         assert stats.kstest(uniform, "uniform").pvalue > 0.01  # the same every time, as the seed is
 
 
+PAIR = """\
+workspace: {{radius: 8.0}}
+regions:
+  room: {{centre: [0, 0, 0], radius: 3.0}}
+agents:
+  a1: {{model: package://drake_ltl_models/agents/planar_arm.urdf, position: [-1.2, 0]}}
+  a2: {{model: package://drake_ltl_models/agents/planar_arm.urdf, position: [{x}, 0]}}
+"""
+
+
+@pytest.mark.parametrize(("gap", "margin"), [(0.5, 0.05), (0.02, 0.02)])
+def test_drawn_spheres_keep_a_margin(monkeypatch, gap, margin):
+    """That of planning, or what the scenario's own start has of it."""
+    monkeypatch.setattr(starts, "place", lambda *_: None)
+    scenario = loads(PAIR.format(x=-1.2 + 2.4 + gap))
+    geometry = Geometry({"a1": 1.2, "a2": 1.2}, {}, {}, {})
+    rng = np.random.default_rng(1)
+    drawn = [starts.draw_starts(scenario, geometry, None, rng) for _ in range(60)]
+    gaps = np.array([math.dist(one["a1"], one["a2"]) - 2.4 for one in drawn])
+    assert margin - 1e-12 <= gaps.min() < margin + 0.05
+
+
 def test_starts_from_which_nothing_can_be_placed_are_left(shuttle_text, monkeypatch):
     from drake_ltl.errors import PlacementError
 
