@@ -69,7 +69,9 @@ def MakeMissionDiagram(
             all laws, to the same effect but for rounding.
     """
     builder = DiagramBuilder() if builder is None else builder
-    transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=False)
+    # Sampled: else the supervisor would see states one step before those in the log, and recorded intervals would not
+    # begin in the state in which their potentials and springs were anchored.
+    transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=True)
     transport_plant.plant.set_name("plant")
     program = mission_program(mission, models, scenario)
     supervision = Supervision(program, scenario, models, num_steps)
