@@ -1,10 +1,11 @@
-"""Buchi automata from Spot, read as tables over the letters that a transition system can show."""
+"""Automata from Spot, read as tables over the letters that a transition system can show."""
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,66 +13,117 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from drake_ltl.errors import SearchLimitError
+from drake_ltl.planning.acceptance import Clause, clauses, mask
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import labels
 from drake_ltl.spot_questions import OPTIONS, ask
 from drake_ltl.spot_questions import automaton as spot_automaton
 from drake_ltl.spot_support import require_spot
 
-MOST_DETERMINISTIC = 1000
-"""States of automata that are made deterministic; larger ones take long to make."""
+MOST_STATES = 3000
+"""Of an automaton while it is made deterministic; larger ones take long to make."""
+MOST_PAIRS = 20_000_000
+"""Of states, times letters, that are looked at to see whether an automaton counts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Automaton:
-    """A generalised Buchi automaton with Q states over L letters, at most A alternatives each.
+    """A deterministic automaton with Q states over L letters, whose edges carry marks.
 
-    A run is accepting if it meets each mark again and again. A set of marks is a bit mask.
+    A run is accepting if the marks that it meets again and again satisfy a clause. Such an automaton exists for
+    every formula. A set of marks is a bit mask.
     """
 
     initial: int
     successors: NDArray[np.int64]
-    """(Q, L, A): states reached by reading a letter; -1 fills up."""
+    """(Q, L): the state reached by reading a letter; -1 if no word goes on so."""
     marks: NDArray[np.int64]
-    """(Q, L, A): marks met on the way."""
-    full: int
-    """All marks together, at least one."""
+    """(Q, L): marks met on the way."""
+    clauses: tuple[Clause, ...]
+    """Ways to accept."""
 
     @property
     def n_states(self) -> int:
         return len(self.successors)
 
     @property
-    def deterministic(self) -> bool:
-        """Whether no letter leaves a choice."""
-        return self.successors.shape[2] <= 1
+    def full(self) -> int:
+        """All marks, of an automaton whose loops must meet each of them (`for_loops`)."""
+        (clause,) = self.clauses
+        return mask(clause.often)
 
     def after(self, word: Iterable[int]) -> Automaton:
-        """The same when some letters have been read."""
-        states = {self.initial}
+        """The same when some letters have been read; if they cannot be, it reads nothing."""
+        state = self.initial
         for letter in word:
-            states = {q for state in states for q in self.successors[state, letter].tolist()} - {-1}
-        if len(states) == 1:
-            return replace(self, initial=states.pop())
-        return self._with_choice(sorted(states))
+            state = int(self.successors[state, letter]) if state >= 0 else -1
+        if state >= 0:
+            return replace(self, initial=state)
+        return replace(self, successors=np.full_like(self.successors, -1))
 
-    def _with_choice(self, states: list[int]) -> Automaton:
-        """One more state, the initial one: it reads what any of some states reads."""
-        width = self.successors.shape[2]
-        more = max(1, width, len(states) * width)
-        room = ((0, 1), (0, 0), (0, more - width))
-        successors = np.pad(self.successors, room, constant_values=-1)
-        marks = np.pad(self.marks, room)
-        for table, old in ((successors, self.successors), (marks, self.marks)):
-            for i, state in enumerate(states):
-                table[-1, :, i * width : (i + 1) * width] = old[state]
-        return Automaton(self.n_states, successors, marks, self.full)
+    def accepts(self, met: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether sets of marks that recur satisfy any clause."""
+        good = np.zeros(met.shape, dtype=bool)
+        for clause in self.clauses:
+            often, never = mask(clause.often), mask(clause.never)
+            good |= (met & (often | never)) == often
+        return good
+
+    @cached_property
+    def never_counts(self) -> bool:
+        """Whether a word v that is repeated for ever needs but one round to close a loop of the automaton.
+
+        If true, some state q, met after some rounds, returns to itself within one round, whose marks decide whether
+        v^omega is accepted. A round that leads a to b, b to c .. and back to a makes the pair (a, b) reach (b, c) and
+        come back; so it suffices that no strongly connected set of pairs has (a, b) and (b, c), a != b.
+        LTL cannot count, but an automaton for it may. Only a sufficient condition: False means unknown.
+        """
+        n, columns = self.n_states, np.unique(self.successors, axis=1).T
+        if n * n * len(columns) > MOST_PAIRS:
+            return False
+        onwards = columns[:, :, None] * n + columns[:, None, :]  # of each pair (a, b), by each letter
+        onwards[(columns < 0)[:, :, None] | (columns < 0)[:, None, :]] = -1
+        read, pair = np.nonzero(onwards.reshape(len(columns), -1) >= 0)
+        targets = onwards.reshape(len(columns), -1)[read, pair]
+        graph = csr_array((np.ones(len(pair)), (pair, targets)), shape=(n * n, n * n))
+        component = connected_components(graph, connection="strong")[1].reshape(n, n)
+        begins = component + np.arange(n)[:, None] * n * n  # of (b, c): b and the component
+        ends = component + np.arange(n)[None, :] * n * n  # of (a, b): b and the component
+        return not np.isin(ends[~np.eye(n, dtype=bool)], begins).any()
+
+    def for_loops(self) -> Iterator[Automaton]:
+        """For each clause what may be used, and must be met, by a loop: the edges without marks that must not recur,
+        with the others' marks numbered from 0. There is at least one mark, if need be one that all edges carry."""
+        for clause in self.clauses:
+            often = sorted(clause.often)
+            if often and len(self.clauses) == 1 and not clause.never and often == list(range(len(often))):
+                yield self
+                continue
+            kept = (self.marks & mask(clause.never)) == 0
+            marks = np.zeros_like(self.marks) if often else np.ones_like(self.marks)
+            for number, mark in enumerate(often):
+                marks |= (self.marks >> mark & 1) << number
+            successors = self.successors if kept.all() else np.where(kept, self.successors, -1)
+            every = Clause(frozenset(range(max(1, len(often)))), frozenset())
+            yield Automaton(self.initial, successors, marks, (every,))
 
 
-def translate(formula: str) -> Any:
-    """The `spot.twa_graph` of a formula: generalised Buchi acceptance, deterministic if Spot finds it so."""
-    made = spot_automaton(formula, "tgba", "deterministic", options=f"{OPTIONS},det-max-states={MOST_DETERMINISTIC}")
-    return made if require_spot().is_deterministic(made) else spot_automaton(formula, "tgba", "small")
+def translate(formula: str, effort: str = "low") -> Any:
+    """The deterministic `spot.twa_graph` of a formula, with any acceptance.
+
+    Args:
+        formula: over canonical propositions.
+        effort: "low", "medium" or "high": how much is done to make it small.
+
+    Raises:
+        SearchLimitError: it is too large.
+    """
+    options = f"{OPTIONS},det-max-states={MOST_STATES}"
+    made = spot_automaton(formula, "generic", "deterministic", effort, options=options)
+    if not require_spot().is_deterministic(made):
+        raise SearchLimitError(f"a deterministic automaton of the formulas has more than {MOST_STATES} states")
+    return made
 
 
 def buchi_size(formula: str, seconds: float | None = None) -> tuple[int, int]:
@@ -116,7 +168,7 @@ def _renumbered(numbers: NDArray, size: int) -> tuple[NDArray, NDArray]:
 
 
 def tabulate(automaton: Any, propositions: list[str], different: NDArray) -> Automaton:
-    """Read a `spot.twa_graph` with generalised Buchi acceptance as tables.
+    """Read a deterministic `spot.twa_graph` as tables.
 
     Args:
         automaton: from `translate`.
@@ -125,22 +177,12 @@ def tabulate(automaton: Any, propositions: list[str], different: NDArray) -> Aut
     """
     columns = {automaton.register_ap(ap): different[:, propositions.index(ap.ap_name())] for ap in automaton.ap()}
     read = _LetterSets({variable: _as_bits(column) for variable, column in columns.items()}, len(different))
-    n_states, n_letters, n_marks = automaton.num_states(), len(different), automaton.num_sets()
-    choices: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    successors = np.full((automaton.num_states(), len(different)), -1)
+    marks = np.zeros_like(successors)
     for edge in automaton.edges():
-        # With no mark asked for, every run is accepting: all edges carry the one mark.
-        marks = sum(1 << mark for mark in edge.acc.sets()) if n_marks else 1
-        for letter in _members(read.of(edge.cond)):
-            alternatives = choices.setdefault((edge.src, letter), [])
-            if (edge.dst, marks) not in alternatives:
-                alternatives.append((edge.dst, marks))
-    width = max(map(len, choices.values()), default=1)
-    successors = np.full((n_states, n_letters, width), -1)
-    marks_met = np.zeros((n_states, n_letters, width), dtype=np.int64)
-    for (state, letter), alternatives in choices.items():
-        for a, (target, marks) in enumerate(alternatives):
-            successors[state, letter, a], marks_met[state, letter, a] = target, marks
-    return Automaton(automaton.get_init_state_number(), successors, marks_met, (1 << max(n_marks, 1)) - 1)
+        letters_read = read.of(edge.cond)
+        successors[edge.src, letters_read], marks[edge.src, letters_read] = edge.dst, mask(edge.acc.sets())
+    return Automaton(automaton.get_init_state_number(), successors, marks, clauses(automaton))
 
 
 class _LetterSets:
@@ -149,13 +191,19 @@ class _LetterSets:
     def __init__(self, variables: dict[int, int], n_letters: int):
         """Letters in which each variable is true."""
         self._buddy = importlib.import_module("buddy")  # comes with Spot
-        self._variables, self._all = variables, (1 << n_letters) - 1
+        self._variables, self._n_letters = variables, n_letters
+        self._all = (1 << n_letters) - 1
         self._known = {self._buddy.bddtrue.id(): self._all, self._buddy.bddfalse.id(): 0}
 
-    def of(self, condition: Any) -> int:
+    def of(self, condition: Any) -> NDArray[np.int64]:
+        """The letters for which a condition is true."""
+        text = self._bits(condition).to_bytes(-(-self._n_letters // 8), "little")
+        return np.flatnonzero(np.unpackbits(np.frombuffer(text, np.uint8), bitorder="little"))
+
+    def _bits(self, condition: Any) -> int:
         key = condition.id()
         if key not in self._known:
-            high, low = self.of(self._buddy.bdd_high(condition)), self.of(self._buddy.bdd_low(condition))
+            high, low = self._bits(self._buddy.bdd_high(condition)), self._bits(self._buddy.bdd_low(condition))
             true = self._variables[self._buddy.bdd_var(condition)]
             self._known[key] = (true & high) | (self._all & ~true & low)
         return self._known[key]
@@ -164,35 +212,3 @@ class _LetterSets:
 def _as_bits(column: NDArray[np.bool_]) -> int:
     """The set of the rows where a column is true."""
     return int.from_bytes(np.packbits(column, bitorder="little").tobytes(), "little")
-
-
-def _members(bits: int) -> Iterator[int]:
-    while bits:
-        yield (bits & -bits).bit_length() - 1
-        bits &= bits - 1
-
-
-def never_counts(automaton: Automaton) -> bool:
-    """Whether a word v that is repeated for ever needs but one round to close a loop of the automaton.
-
-    If true, v^omega is accepted from a state only if some state q (met after some rounds) returns to itself with
-    all marks within one round. A round that leads a to b, b to c .. and back to a makes the pair (a, b) reach
-    (b, c) and come back; so it suffices that no strongly connected set of pairs has (a, b) and (b, c), a != b.
-    LTL cannot count, but an automaton for it may. Only a sufficient condition: False means unknown.
-    """
-    if not automaton.deterministic and automaton.full > 1:
-        return False  # rounds from q to q may choose different marks
-    n = automaton.n_states
-    pairs = set()
-    for letter in range(automaton.successors.shape[1]):
-        table = automaton.successors[:, letter]
-        steps = [(q, t) for q in range(n) for t in set(table[q].tolist()) - {-1}]
-        pairs |= {(a * n + b, s * n + t) for a, s in steps for b, t in steps}
-    if not pairs:
-        return True
-    rows, columns = np.array(sorted(pairs)).T
-    graph = csr_array((np.ones(len(rows)), (rows, columns)), shape=(n * n, n * n))
-    component = connected_components(graph, connection="strong")[1].reshape(n, n)
-    same = component[:, :, None] == component[None, :, :]  # (a, b, c): (a, b) and (b, c) together
-    same[np.arange(n), np.arange(n)] = False
-    return not same.any()

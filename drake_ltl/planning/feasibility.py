@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.automaton import letters, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, letters, tabulate, translate
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
@@ -40,37 +40,38 @@ def feasible_starts(scenario: Scenario, system: TransitionSystem) -> NDArray[np.
     n = system.n_states
     if table.n_states * system.n_transitions > MOST_EDGES:
         raise SearchLimitError(f"{table.n_states} x {system.n_transitions} transitions are too many to enumerate")
-    counts, targets, marks = [], [], []
-    read = letter[system.sources]
-    for q in range(table.n_states):
-        edge, choice = np.nonzero(table.successors[q][read] >= 0)
-        counts.append(np.bincount(system.sources[edge], minlength=n))
-        targets.append(table.successors[q, read[edge], choice].astype(np.int32) * n + system.targets[edge])
-        marks.append(table.marks[q, read[edge], choice])
-    rows = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
-    winning = _winning(rows, np.concatenate(targets).astype(np.int32), np.concatenate(marks), table.full)
+    whole = _product(system, letter, table)
+    goals = np.zeros(whole.shape[0], dtype=bool)
+    for rules in table.for_loops():
+        loops = whole if rules is table else _product(system, letter, rules)
+        goals |= _on_accepting_loops(loops, rules, letter)
+    winning = _reaching(whole, np.flatnonzero(goals))
     return winning[table.initial * n : (table.initial + 1) * n]
 
 
-def _winning(rows: NDArray, targets: NDArray, marks: NDArray, full: int) -> NDArray[np.bool_]:
-    """Which nodes reach a strongly connected set with all marks: a search backwards from all such sets at once.
+def _product(system: TransitionSystem, letter: NDArray, automaton: Automaton) -> csr_array:
+    """The graph of nodes q S + s: the automaton in state q is about to read the letter of s."""
+    n, read = system.n_states, letter[system.sources]
+    counts, targets = [], []
+    for q in range(automaton.n_states):
+        edge = np.flatnonzero(automaton.successors[q][read] >= 0)
+        counts.append(np.bincount(system.sources[edge], minlength=n))
+        targets.append(automaton.successors[q][read[edge]].astype(np.int32) * n + system.targets[edge])
+    rows = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
+    columns = np.concatenate(targets).astype(np.int32)
+    n_nodes = n * automaton.n_states
+    return csr_array((np.ones(len(columns)), columns, rows), shape=(n_nodes, n_nodes))
 
-    Args:
-        rows: (n + 1,), the edges of node i are rows[i] .. rows[i + 1].
-        targets: (e,)
-        marks: (e,)
-        full: all marks.
-    """
-    n_nodes = len(rows) - 1
-    graph = csr_array((np.ones(len(targets)), targets, rows), shape=(n_nodes, n_nodes))
+
+def _on_accepting_loops(graph: csr_array, automaton: Automaton, letter: NDArray) -> NDArray[np.bool_]:
+    """Which nodes lie in strongly connected sets with all marks. All edges of a node carry the marks of its letter."""
     n_components, component = connected_components(graph, connection="strong")
-    of_source = np.repeat(component, np.diff(rows))
-    inside = of_source == component[targets]
+    sources = np.repeat(np.arange(graph.shape[0]), np.diff(graph.indptr))
+    inside = component[sources] == component[graph.indices]
+    marks = automaton.marks[:, letter].reshape(-1)
     collected = np.zeros(n_components, dtype=np.int64)
-    for mark in np.unique(marks).tolist():
-        collected[of_source[inside & (marks == mark)]] |= mark
-    goals = np.flatnonzero((collected == full)[component])
-    return _reaching(graph, goals)
+    np.bitwise_or.at(collected, component[sources[inside]], marks[sources[inside]])
+    return (collected == automaton.full)[component]
 
 
 def _reaching(graph: csr_array, goals: NDArray) -> NDArray[np.bool_]:

@@ -76,12 +76,12 @@ def transition_graph(system: TransitionSystem, *, most_edges: int = MOST_EDGES) 
     return graph
 
 
-def product_graph(system: TransitionSystem, start: State, *, most_edges: int = MOST_EDGES) -> nx.MultiDiGraph:
+def product_graph(system: TransitionSystem, start: State, *, most_edges: int = MOST_EDGES) -> nx.DiGraph:
     """The part of TS x automaton that runs from `start` reach.
 
     A node (state, q) says that TS is in a state whose letter has just brought the automaton to q. Edges have
-    `cost` and `marks`, a frozenset of numbers. The graph's attributes are `initial`, a tuple of nodes, and `marks`,
-    the frozenset of all: a run is accepting if it meets each of them again and again.
+    `cost` and `marks`, a frozenset of numbers. The graph's attributes are `initial`, a tuple of nodes, and `clauses`:
+    a run is accepting if the marks that it meets again and again satisfy one of them (`acceptance.Clause`).
 
     Args:
         system: TS; its scenario's formulas are those of the automaton.
@@ -109,20 +109,24 @@ class _Product:
         self._state = cache(system.state)
         self._rows = np.searchsorted(system.sources, np.arange(system.n_states + 1))
 
-    def reachable(self, first: int, most_edges: int) -> nx.MultiDiGraph:
-        initial = [(first, q) for q, _ in self._read(self._automaton.initial, first)]
-        graph = nx.MultiDiGraph(initial=tuple(map(self._node, initial)), marks=_marks(self._automaton.full))
+    def reachable(self, first: int, most_edges: int) -> nx.DiGraph:
+        begins = self._read(self._automaton.initial, first)
+        initial = [] if begins is None else [(first, begins[0])]
+        graph = nx.DiGraph(initial=tuple(map(self._node, initial)), clauses=self._automaton.clauses)
         graph.add_nodes_from(map(self._node, initial))
         seen, queue = set(initial), deque(initial)
         while queue:
             source = queue.popleft()
             node = self._node(source)
             for state, cost in self._transitions(source[0]):
-                for q, marks in self._read(source[1], state):
-                    graph.add_edge(node, self._node((state, q)), cost=cost, marks=_marks(marks))
-                    if (state, q) not in seen:
-                        seen.add((state, q))
-                        queue.append((state, q))
+                read = self._read(source[1], state)
+                if read is None:
+                    continue
+                q, marks = read
+                graph.add_edge(node, self._node((state, q)), cost=cost, marks=_marks(marks))
+                if (state, q) not in seen:
+                    seen.add((state, q))
+                    queue.append((state, q))
             if graph.number_of_edges() > most_edges:
                 raise _too_large("the product", f"more than {most_edges} edges", most_edges)
         return graph
@@ -132,13 +136,11 @@ class _Product:
         own = slice(self._rows[state], self._rows[state + 1])
         return zip(self._system.targets[own].tolist(), self._system.costs[own].tolist(), strict=True)
 
-    def _read(self, q: int, state: int) -> list[tuple[int, int]]:
-        """The automaton's choices (state, marks) when it reads the letter of a state of TS."""
+    def _read(self, q: int, state: int) -> tuple[int, int] | None:
+        """The automaton's (state, marks) after it has read the letter of a state of TS; None if it cannot."""
         letter = self._letter[state]
-        choices = zip(
-            self._automaton.successors[q, letter].tolist(), self._automaton.marks[q, letter].tolist(), strict=True
-        )
-        return [(target, marks) for target, marks in choices if target >= 0]
+        target = int(self._automaton.successors[q, letter])
+        return (target, int(self._automaton.marks[q, letter])) if target >= 0 else None
 
     def _node(self, pair: tuple[int, int]) -> tuple[State, int]:
         return self._state(pair[0]), pair[1]

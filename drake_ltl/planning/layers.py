@@ -89,13 +89,12 @@ class Priced:
         """A loop, begun in the one of its nodes where that is cheapest, and its price + weight."""
         root = min(range(len(loop)), key=lambda i: self.prices[loop[i]])
         loop = loop[root:-1] + loop[: root + 1]
-        return loop, float(self.prices[loop[0]] + sum(map(self._lightest, loop[:-1], loop[1:])))
+        return loop, float(self.prices[loop[0]] + sum(map(self._weight, loop[:-1], loop[1:])))
 
-    def _lightest(self, node: int, after: int) -> float:
-        """The weight that may be added for a step: that of the heaviest of parallel edges, whose marks count."""
+    def _weight(self, node: int, after: int) -> float:
         graph = self.marks.part.graph
         edges = slice(graph.starts[node], graph.starts[node + 1])
-        return float(graph.weights[edges][graph.targets[edges] == after].max())
+        return float(graph.weights[edges][graph.targets[edges] == after].min())
 
     def within(self, roots: NDArray, limit: float) -> tuple[Priced, NDArray[np.int64]]:
         """What loops of less price + weight than a limit can use that begin in some nodes, (R,); and the nodes of

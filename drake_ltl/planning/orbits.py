@@ -1,26 +1,41 @@
-"""Profiles of a deterministic automaton as rows of numbers: from each state a word leads to at most one."""
+"""Profiles of words as rows of numbers: where a word leads an automaton from each state, and with which marks."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton
 
 
-def all_rows(automaton: Automaton, letters: NDArray, most: int) -> tuple[NDArray, NDArray] | None:
+def row_of(automaton: Automaton, word: Sequence[int]) -> NDArray[np.int64]:
+    """The profile of a word of at least one letter, (Q,)."""
+    singles, n_marks = _letter_rows(automaton), _n_marks(automaton)
+    row = singles[word[0]]
+    for letter in word[1:]:
+        row = _join(row, singles[letter], n_marks)
+    return row
+
+
+def all_rows(automaton: Automaton, letters: NDArray, most: int) -> tuple[NDArray, NDArray]:
     """The profiles of all words over some letters.
 
     Args:
-        automaton: Q states, L letters, deterministic.
+        automaton: Q states, L letters.
         letters: those to form words of.
-        most: give up and return None rather than find more profiles.
+        most: give up rather than find more profiles.
 
     Returns:
-        Rows (G, Q) of target * (full + 1) + marks, or -1 where the word is not read; and how each goes on with
+        Rows (G, Q) of target * 2^marks + marks met, or -1 where the word is not read; and how each goes on with
         each letter, (1 + G, L): the number 1, 2 .. of a profile, 0 being the empty word, or -1.
+
+    Raises:
+        SearchLimitError: there are more.
     """
-    n_letters, n_marks = automaton.successors.shape[1], automaton.full + 1
+    n_letters, n_marks = automaton.successors.shape[1], _n_marks(automaton)
     singles, same = np.unique(_letter_rows(automaton)[np.unique(letters)], axis=0, return_inverse=True)
     number: dict[bytes, int] = {np.full(automaton.n_states, -1).tobytes(): -1}
     found: list[NDArray] = []
@@ -34,7 +49,7 @@ def all_rows(automaton: Automaton, letters: NDArray, most: int) -> tuple[NDArray
     follows = [enter(singles)]
     while len(follows) <= len(found):
         if len(found) > most:
-            return None
+            raise SearchLimitError(f"words have more than {most} profiles")
         new = np.array(found[len(follows) - 1 :])
         follows += [enter(joined) for joined in _join(new[:, None], singles[None], n_marks)]
     rows = np.array(found, dtype=np.int64).reshape(-1, automaton.n_states)
@@ -43,9 +58,9 @@ def all_rows(automaton: Automaton, letters: NDArray, most: int) -> tuple[NDArray
     return rows, onwards
 
 
-def accepted(rows: NDArray, full: int) -> NDArray[np.bool_]:
-    """(G, Q): whether the word repeated for ever is accepted from each state."""
-    n_states, n_marks = rows.shape[1], full + 1
+def accepted(automaton: Automaton, rows: NDArray) -> NDArray[np.bool_]:
+    """(G, Q): whether the word repeated for ever is accepted from each state, for rows (G, Q)."""
+    n_states, n_marks = rows.shape[1], _n_marks(automaton)
     word = np.column_stack([rows, np.full(len(rows), n_states * n_marks)])  # one more state: rejected for good
     word[:, :-1][rows < 0] = n_states * n_marks
     many = word
@@ -55,15 +70,24 @@ def accepted(rows: NDArray, full: int) -> NDArray[np.bool_]:
     for _ in range(n_states.bit_length()):  # marks of 2, 4 .. rounds; in the end all that recur
         round_about = _join(round_about, round_about, n_marks)
     met = np.take_along_axis(round_about % n_marks, settled, axis=1)
-    return ((settled < n_states) & (met == full))[:, :-1]
+    return ((settled < n_states) & automaton.accepts(met))[:, :-1]
+
+
+def closed(automaton: Automaton, rows: NDArray) -> NDArray[np.bool_]:
+    """(G, Q): whether the word leads each state back to itself with marks that are accepted if they recur."""
+    target, met = np.divmod(rows, _n_marks(automaton))
+    return (target == np.arange(rows.shape[1])) & automaton.accepts(met)
+
+
+def _n_marks(automaton: Automaton) -> int:
+    """Number of sets of marks."""
+    return 1 << int(automaton.marks.max(initial=0)).bit_length()
 
 
 def _letter_rows(automaton: Automaton) -> NDArray[np.int64]:
     """(L, Q): rows of the words of one letter."""
-    if not automaton.successors.shape[2]:
-        return np.full(automaton.successors.shape[1::-1], -1)
-    successors, marks = automaton.successors[:, :, 0].T, automaton.marks[:, :, 0].T
-    return np.where(successors >= 0, successors * (automaton.full + 1) + marks, -1)
+    successors, marks = automaton.successors.T, automaton.marks.T
+    return np.where(successors >= 0, successors * _n_marks(automaton) + marks, -1)
 
 
 def _join(first: NDArray, second: NDArray, n_marks: int) -> NDArray[np.int64]:

@@ -137,16 +137,18 @@ def _check_weights(alpha: float, beta: float) -> None:
 
 def _automaton(scenario: Scenario, model: Model, seen: Sequence[State] = ()) -> tuple[NDArray, Automaton]:
     """The letter of each state, and the automaton of the scenario's formula after what was seen."""
-    automaton = translate(global_formula(scenario))
-    propositions = [ap.ap_name() for ap in automaton.ap()]
-    different, letter = model.letters(propositions)
-    if not seen:
-        return letter, tabulate(automaton, propositions, different)
     for state in seen:
         digits_of(scenario, state)  # complains of what is not in the scenario
     shown = [letter_of(scenario, state) for state in seen]
-    word = np.array([[p in s for p in propositions] for s in shown], dtype=bool).reshape(len(seen), -1)
-    table = tabulate(automaton, propositions, np.concatenate([different, word]))
+    for effort in ("low", "medium"):  # more is only worth its time where it spares the search a detour
+        automaton = translate(global_formula(scenario), effort)
+        propositions = [ap.ap_name() for ap in automaton.ap()]
+        different, letter = model.letters(propositions)
+        word = np.array([[p in s for p in propositions] for s in shown], dtype=bool)
+        word = word.reshape(len(seen), len(propositions))
+        table = tabulate(automaton, propositions, np.concatenate([different, word]))
+        if table.never_counts:
+            break
     return letter, table.after(range(len(different), len(different) + len(seen)))
 
 

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton
 
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """A weighted directed graph; parallel edges are allowed."""
+    """A weighted directed graph."""
 
     starts: NDArray[np.int32]
     """(n + 1,): the edges of node i are starts[i] .. starts[i + 1]."""
@@ -40,6 +41,12 @@ class Graph:
         """(e,): node in which each edge begins."""
         return np.repeat(np.arange(self.n_nodes, dtype=np.int32), np.diff(self.starts))
 
+    def edges_of(self, nodes: NDArray) -> NDArray[np.int64]:
+        """The edges of some nodes, one node after the other."""
+        lengths = self.starts[nodes + 1] - self.starts[nodes]
+        ends = np.cumsum(lengths, dtype=np.int64)
+        return np.arange(ends[-1] if len(ends) else 0) + np.repeat(self.starts[nodes] - (ends - lengths), lengths)
+
     def reversed(self) -> Graph:
         """The same with all edges turned round."""
         back = csc_array((self.weights, self.targets, self.starts), shape=(self.n_nodes, self.n_nodes)).tocsr()
@@ -59,47 +66,52 @@ class Product:
     """(e,): marks met on each edge."""
     n_system: int
     """S."""
-    parallel: bool = True
-    """Whether there may be several edges between the same nodes."""
 
 
-def multiply(system: Graph, letter: NDArray, automaton: Automaton, roots: bool = False) -> Product:
+def multiply(
+    system: Graph,
+    letter: NDArray,
+    automaton: Automaton,
+    alive: NDArray[np.bool_] | None = None,
+    most_edges: float = np.inf,
+) -> Product:
     """TS x BA.
 
     Args:
         system: the transition system, S states.
         letter: (S,), the letter of each of its states.
-        automaton: reads letters.
-        roots: whether there also are the nodes (initial state, s), in which nothing has been read. Otherwise nodes
-            whose state of the automaton is not entered by their letter have no edges: no run reaches them.
+        automaton: reads letters; Q states.
+        alive: (Q, S), which nodes may have edges; None takes those whose state of the automaton is entered by their
+            letter, for no run reaches others.
+        most_edges: not to be exceeded.
+
+    Raises:
+        SearchLimitError: there are more edges.
     """
     n_system, states = system.n_nodes, np.arange(system.n_nodes, dtype=np.int32)
-    entered, goes_on = _entered(automaton), (automaton.successors >= 0).any(axis=2)
-    if roots:
-        entered[automaton.initial] = True
-    pieces = []
+    alive = entered(automaton, letter) if alive is None else alive
+    goes_on, pieces, n_edges = automaton.successors >= 0, [], 0
     for q in range(automaton.n_states):
-        edge = np.flatnonzero(entered[q][letter][system.sources] & goes_on[q][letter][system.targets])
+        edge = system.edges_of(np.flatnonzero(alive[q]))
+        edge = edge[goes_on[q][letter][system.targets[edge]]]
+        n_edges += len(edge)
+        if n_edges > most_edges:
+            raise SearchLimitError(f"a product has more than {most_edges} edges")
         target = system.targets[edge]
-        onto = (automaton.successors[q].astype(np.int32) * np.int32(n_system))[letter] + states[:, None]
-        after, met = onto[target].reshape(-1), automaton.marks[q][letter][target].reshape(-1)
-        if not automaton.deterministic:
-            there = np.flatnonzero(after >= 0)
-            edge, after, met = edge[there // onto.shape[1]], after[there], met[there]
+        onto = (automaton.successors[q].astype(np.int32) * np.int32(n_system))[letter] + states
         counts = np.bincount(system.sources[edge], minlength=n_system)
-        pieces.append((counts, after, system.weights[edge], met))
+        pieces.append((counts, onto[target], system.weights[edge], automaton.marks[q][letter][target]))
     counts, targets, weights, marks = (np.concatenate(column) for column in zip(*pieces, strict=True))
     starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    return Product(Graph(starts, targets, weights), marks, n_system, parallel=not automaton.deterministic)
+    return Product(Graph(starts, targets, weights), marks, n_system)
 
 
-def _entered(automaton: Automaton) -> NDArray[np.bool_]:
-    """(Q, L): which letters lead into which states."""
-    entered = np.zeros(automaton.successors.shape[:2], dtype=bool)
-    _, letter, _ = np.indices(automaton.successors.shape)
-    there = automaton.successors >= 0
-    entered[automaton.successors[there], letter[there]] = True
-    return entered
+def entered(automaton: Automaton, letter: NDArray) -> NDArray[np.bool_]:
+    """(Q, S): which states of the automaton are entered by which letters (S,)."""
+    by_letter = np.zeros(automaton.successors.shape, dtype=bool)
+    q, read = np.nonzero(automaton.successors >= 0)
+    by_letter[automaton.successors[q, read], read] = True
+    return by_letter[:, letter]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,16 +134,12 @@ def accepting_part(product: Product, reachable: NDArray[np.bool_], full: int) ->
     """The strongly connected components whose edges carry all marks.
 
     Args:
-        product: n nodes.
+        product: n nodes, not more than one edge from one to another (SciPy's search may never end on others).
         reachable: (n,), which nodes a run can reach.
         full: all marks.
     """
     graph, sources = product.graph, product.graph.sources
-    matrix = graph.matrix()
-    if product.parallel:  # on which SciPy's search for strong components may never end
-        matrix = matrix.copy()
-        matrix.sum_duplicates()
-    n_components, component = connected_components(matrix, connection="strong")
+    n_components, component = connected_components(graph.matrix(), connection="strong")
     begins = np.where(reachable, component, -1)[sources]
     inside = np.flatnonzero((begins >= 0) & (begins == component[graph.targets]))
     collected = np.zeros(n_components, dtype=np.int64)

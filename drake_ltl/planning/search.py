@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.automaton import Automaton, never_counts
-from drake_ltl.planning.distances import distances, least, way
+from drake_ltl.planning.automaton import Automaton
+from drake_ltl.planning.distances import distances, way
 from drake_ltl.planning.layers import Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Features, Marks
-from drake_ltl.planning.product import Graph, Part, Product, accepting_part, multiply
-from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
+from drake_ltl.planning.orbits import accepted, row_of
+from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply
+from drake_ltl.planning.profiles import all_profiles
+from drake_ltl.planning.rounds import Level, ReadLoop
 from drake_ltl.planning.shares import least_loop
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.planning.weights import COST_UNIT, lexicographic
@@ -58,7 +60,8 @@ class _Prefixes:
         """A run begins in state `start` of TS, whose letter the automaton has read."""
         first = automaton.successors[automaton.initial, letter[start]]
         offsets = np.full(product.graph.n_nodes, np.inf)
-        offsets[first[first >= 0] * product.n_system + start] = 0.0
+        if first >= 0:
+            offsets[first * product.n_system + start] = 0.0
         return cls(product, *distances(product.graph, offsets))
 
     def path(self, node: int) -> list[int]:
@@ -97,21 +100,28 @@ def cheapest_lasso(
     _check_size(system, automaton)
     largest = max(alpha, beta) * float(system.costs.max(initial=0.0))
 
-    def product_with(weight: float) -> Product:
+    def product_with(reader: Automaton, weight: float) -> Product:
         weights = lexicographic(weight * system.costs, system.actions, largest)
-        return multiply(_graph(system, weights), letter, automaton)
+        return multiply(_graph(system, weights), letter, reader)
 
-    product = product_with(beta)
-    prefixes = _Prefixes.of(product if alpha == beta else product_with(alpha), letter, automaton, start)
-    part = accepting_part(product, np.isfinite(prefixes.distance), automaton.full)
-    return _Search(system, letter, automaton, prefixes, Marks(part, automaton.full)).run() if part.n_nodes else None
+    product = product_with(automaton, beta)
+    prefixes = _Prefixes.of(product if alpha == beta else product_with(automaton, alpha), letter, automaton, start)
+    reachable, parts = np.isfinite(prefixes.distance), []
+    for rules in automaton.for_loops():
+        loops = product if rules is automaton else product_with(rules, beta)
+        part = accepting_part(loops, reachable, rules.full)
+        parts += [Marks(part, rules.full)] if part.n_nodes else []
+    return _Search(system, letter, automaton, prefixes).among(parts) if parts else None
 
 
 def has_lasso(system: TransitionSystem, letter: NDArray, automaton: Automaton, start: int) -> bool:
     """Whether any run from `start` is accepted."""
-    product = multiply(_graph(system, np.ones(system.n_transitions)), letter, automaton)
-    reachable = np.isfinite(_Prefixes.of(product, letter, automaton, start).distance)
-    return accepting_part(product, reachable, automaton.full).n_nodes > 0
+    graph = _graph(system, np.ones(system.n_transitions))
+    reachable = np.isfinite(_Prefixes.of(multiply(graph, letter, automaton), letter, automaton, start).distance)
+    return any(
+        accepting_part(multiply(graph, letter, rules), reachable, rules.full).n_nodes > 0
+        for rules in automaton.for_loops()
+    )
 
 
 def _graph(system: TransitionSystem, weights: NDArray) -> Graph:
@@ -162,107 +172,161 @@ def closed_loop(
     return ClosedLoop(nodes, weight, min(found.bound, weight))
 
 
+@dataclass(frozen=True)
+class _Best:
+    """The least lasso that is known, and what is known of better ones whose loops keep to one part of a product."""
+
+    lasso: Lasso
+    weight: float
+    closed: float
+    """None whose loop is closed in the product has less; may be above `weight`."""
+    later: float
+    """None whose loop is closed only by later rounds has less."""
+
+    @property
+    def bound(self) -> float:
+        """No such lasso has less."""
+        return min(self.closed, self.later)
+
+
 @dataclass(frozen=True, eq=False)
 class _Search:
     system: TransitionSystem
     letter: NDArray
     automaton: Automaton
     prefixes: _Prefixes
-    marks: Marks
 
-    def run(self) -> Lasso:
-        to_node = self.prefixes.distance[self._nodes]
-        to_state = self.prefixes.by_state().min(axis=0)[self._nodes % self.system.n_states]
-        bound, nearest = float(to_state.min()), bool((to_state == to_node).all())
-        settled, known = never_counts(self.automaton), None
+    def among(self, parts: list[Marks]) -> Lasso:
+        """The least lasso whose loop keeps for ever to any of some accepting parts of products."""
+        settled = self.automaton.never_counts
+        firsts = [self._closed_in(part, settled) for part in parts]
+        best, bound = min(firsts, key=lambda first: first.weight), np.inf
+        for part, first in zip(parts, firsts, strict=True):
+            if first.later < best.weight:
+                read_later = self._in_rounds if settled else self._over_profiles
+                best = first = read_later(part, replace(first, lasso=best.lasso, weight=best.weight))
+            bound = min(bound, first.bound)
+        gap = max(0.0, gap_between(bound, best.weight))
+        return replace(best.lasso, optimal=bound >= best.weight, gap=gap)
+
+    def _closed_in(self, marks: Marks, settled: bool) -> _Best:
+        """The least lasso whose loop is closed in the product."""
+        nodes = marks.part.nodes
+        to_node, to_state = self.prefixes.distance[nodes], self._to_state(marks)
+        nearest, bound, known = bool((to_state == to_node).all()), float(to_state.min()), None
         if settled and not nearest:
-            relaxed = self._closed(to_state)
-            lasso = self._closed_anyhow(relaxed)
+            relaxed = closed_loop(marks, to_state, self._features)
+            lasso = self._accepted_anyhow(marks, relaxed)
             if lasso is not None:
-                return lasso
+                return _Best(lasso, relaxed.weight, relaxed.weight, relaxed.weight)
             bound, known = relaxed.bound, relaxed.nodes
-        closed = self._closed(to_node, known)
-        if settled and nearest:
-            bound = closed.bound
-        lasso = self._lasso(int(self._nodes[closed.nodes[0]]), self._states(closed))
-        if closed.weight == bound:
-            return lasso
-        if closed.weight > closed.bound:
-            return replace(lasso, optimal=False, gap=gap_between(bound, closed.weight))
-        return self._over_profiles(lasso, closed.weight, bound, self._usable(to_state, settled, closed.weight))
+        closed = closed_loop(marks, to_node, self._features, known=known)
+        lasso = self._lasso(int(nodes[closed.nodes[0]]), self._states(marks, closed))
+        return _Best(lasso, closed.weight, closed.bound, np.inf if settled and nearest else bound)
 
-    @property
-    def _nodes(self) -> NDArray[np.int64]:
-        """(n,): nodes of the product on accepting loops."""
-        return self.marks.part.nodes
-
-    def _closed(self, prices: NDArray, known: list[int] | None = None) -> ClosedLoop:
-        """The cheapest loop of the product."""
-        return closed_loop(self.marks, prices, self._features, known=known)
+    def _to_state(self, marks: Marks) -> NDArray[np.float64]:
+        """(n,): the least way to the state of TS of each node, whatever the automaton's state."""
+        return self.prefixes.by_state().min(axis=0)[marks.part.nodes % self.system.n_states]
 
     def _features(self, nodes: NDArray) -> NDArray[np.int64]:
         """Objects first: to bring one back takes a team, so loops that begin elsewhere differ most in cost."""
         states, system = nodes % self.system.n_states, self.system
         return np.column_stack([system.places[states], system.options[states], nodes // self.system.n_states])
 
-    def _states(self, closed: ClosedLoop) -> list[int]:
+    def _states(self, marks: Marks, closed: ClosedLoop) -> list[int]:
         """The loop's states of TS, the first one at its end again."""
-        return (self._nodes[closed.nodes] % self.system.n_states).tolist()
+        return (marks.part.nodes[closed.nodes] % self.system.n_states).tolist()
 
-    def _closed_anyhow(self, loop: ClosedLoop) -> Lasso | None:
+    def _accepted_anyhow(self, marks: Marks, loop: ClosedLoop) -> Lasso | None:
         """The lasso of the loop and the shortest way to its first state, if its word is accepted."""
-        if loop.weight > loop.bound:
-            return None
-        states = self._states(loop)
-        profile = profile_of(self.automaton, self.letter[states[1:]].tolist())
-        accepted = accepted_from(profile, self.automaton.full)
+        return None if loop.weight > loop.bound else self._nearest(self._states(marks, loop))
+
+    def _nearest(self, states: list[int]) -> Lasso | None:
+        """The lasso of a loop of TS and the shortest way to its first state, if its word is accepted."""
+        row = row_of(self.automaton, self.letter[states[1:]].tolist())
         distances = self.prefixes.by_state()[:, states[0]]
-        for q in np.flatnonzero(distances == distances.min()).tolist():
-            if q in accepted:
-                return self._lasso(q * self.system.n_states + states[0], states)
-        return None
+        first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (distances == distances.min()))
+        return self._lasso(first[0] * self.system.n_states + states[0], states) if len(first) else None
 
     def _lasso(self, root: int, states: list[int]) -> Lasso:
         """The shortest way to product node `root`, then a loop that begins in the same state of TS."""
         return Lasso(tuple(self.prefixes.path(root)[:-1]), tuple(states[:-1]), True, 0.0)
 
-    def _usable(self, to_state: NDArray, settled: bool, weight: float) -> _Usable:
-        """What of TS loops below a weight can use: some of their rounds stay on accepting loops of the product, and
-        some one is closed there if the automaton never counts."""
-        priced = Priced(self.marks, to_state)
-        lengths = self.marks.round_about if settled else np.zeros(len(to_state))
-        part = priced.within(np.flatnonzero(to_state + lengths < weight), weight)[0].marks.part
-        n_states = self.system.n_states
-        return _Usable.of(part, n_states, least(n_states, self._nodes % n_states, lengths))
+    def _in_rounds(self, marks: Marks, best: _Best) -> _Best:
+        """Exact search for a loop that is better than the best known and not closed after one round, level by level
+        (`rounds`); `later` says how far it came if that is too much to search."""
+        priced = Priced(marks, self._to_state(marks))
+        priced, _ = priced.within(np.flatnonzero(priced.bounds < best.weight), best.weight)
+        try:
+            level = self._next(Level.unmarked(priced, self.system.n_states, self._features), best)
+            bound = self._relaxed(level, best)
+            if bound is None:
+                return replace(best, later=best.weight)
+            best = replace(best, later=max(best.later, bound.weight))
+            layers = priced.layers(best.weight, MOST_LAYERED_EDGES)
+            if layers is None:
+                return best
+            level = Level.of(priced, layers, self.system.n_states, self._features)
+            for _ in range(self.automaton.n_states):
+                level = self._next(level, best)
+                relaxed = self._relaxed(level, best)
+                if relaxed is None:
+                    break
+                lasso = self._nearest(relaxed.states)
+                if lasso is not None:
+                    return replace(best, lasso=lasso, weight=relaxed.weight, later=relaxed.weight)
+                best = self._best_of(level, replace(best, later=relaxed.weight))
+        except SearchLimitError:
+            return best
+        return replace(best, later=best.weight)
 
-    def _over_profiles(self, lasso: Lasso, weight: float, bound: float, usable: _Usable) -> Lasso:
-        """Exact search for a loop that is not closed after one round and better than a lasso; the lasso itself if
-        there is none, or too much to search."""
-        profiles = all_profiles(self.automaton, self.letter[usable.states], MOST_PROFILES)
-        if profiles is None:
-            return replace(lasso, optimal=False, gap=gap_between(bound, weight))
-        sound = True
-        for q, prices in enumerate(self.prefixes.by_state()[:, usable.states]):
-            later = profiles.closed_later(q) if (prices + usable.lengths < weight).any() else None
-            if later is None:
-                continue
-            problem = self._profile_problem(*later, prices, weight, usable)
-            loop = None if problem is None else cheapest_loop(problem, weight)
-            sound &= problem is not None
-            if loop is not None:
-                weight = loop.weight
-                states = usable.states[np.array(loop.nodes) % len(usable.states)].tolist()
-                lasso = self._lasso(q * self.system.n_states + states[0], states)
-        return lasso if sound else replace(lasso, optimal=False, gap=gap_between(bound, weight))
+    def _next(self, level: Level, best: _Best) -> Level:
+        return level.next(self.letter, self.automaton, self.prefixes.by_state(), best.weight)
+
+    def _relaxed(self, level: Level, best: _Best) -> ReadLoop | None:
+        """The least loop of a level and all later ones, if the way to its state of TS were its price."""
+        return level.cheapest(self.prefixes.by_state().min(axis=0)[level.states], best.weight)
+
+    def _best_of(self, level: Level, best: _Best) -> _Best:
+        """With the least loop of a level at its real price, if that is better."""
+        found = level.cheapest(self.prefixes.by_state()[level.first, level.states], best.weight)
+        if found is None:
+            return best
+        root = found.first * self.system.n_states + found.states[0]
+        return replace(best, lasso=self._lasso(root, found.states), weight=found.weight)
+
+    def _over_profiles(self, marks: Marks, best: _Best) -> _Best:
+        """As `_in_rounds`, by the profiles of words (`profiles`), for automata that may count."""
+        priced = Priced(marks, self._to_state(marks))
+        part = priced.within(np.flatnonzero(priced.prices < best.weight), best.weight)[0].marks.part
+        usable = _Usable.of(part, self.system.n_states)
+        try:
+            profiles = all_profiles(self.automaton, self.letter[usable.states], MOST_PROFILES)
+            for q, prices in enumerate(self.prefixes.by_state()[:, usable.states]):
+                later = profiles.closed_later(q) if (prices < best.weight).any() else None
+                if later is None:
+                    continue
+                problem = self._profile_problem(*later, prices, best.weight, usable)
+                loop = cheapest_loop(problem, best.weight)
+                if loop is not None:
+                    states = usable.states[np.array(loop.nodes) % len(usable.states)].tolist()
+                    lasso = self._lasso(q * self.system.n_states + states[0], states)
+                    best = replace(best, lasso=lasso, weight=loop.weight)
+        except SearchLimitError:
+            return best
+        return replace(best, later=best.weight)
 
     def _profile_problem(
         self, reader: Automaton, final: NDArray, prices: NDArray, weight: float, usable: _Usable
-    ) -> LoopProblem | None:
-        """Loops of TS with words that are read to a final state; None if that is too large."""
+    ) -> LoopProblem:
+        """Loops of TS with words that are read to a final state."""
         if reader.n_states * max(len(usable.graph.targets), len(usable.states)) > MOST_EDGES:
-            return None
-        graph = multiply(usable.graph, self.letter[usable.states], reader, roots=True).graph
-        n_states, states = len(usable.states), np.flatnonzero(prices + usable.lengths < weight)
+            raise SearchLimitError(f"a product with {reader.n_states} profiles is too large")
+        letter = self.letter[usable.states]
+        alive = entered(reader, letter)
+        alive[reader.initial] = True  # nothing has been read
+        graph = multiply(usable.graph, letter, reader, alive).graph
+        n_states, states = len(usable.states), np.flatnonzero(prices < weight)
         goals = states[:, None] + np.flatnonzero(final) * n_states
         roots = states + reader.initial * n_states
         return LoopProblem(graph, roots, goals, prices[states], self._features(usable.states[states]))
@@ -275,18 +339,15 @@ class _Usable:
     graph: Graph
     states: NDArray[np.int64]
     """(U,)"""
-    lengths: NDArray[np.float64]
-    """(U,): no loop that begins in one of the states has less weight."""
 
     @classmethod
-    def of(cls, part: Part, n_system: int, lengths: NDArray) -> _Usable:
-        """Those that a part of a product is made of; lengths (S,) for all states."""
+    def of(cls, part: Part, n_system: int) -> _Usable:
+        """Those that a part of a product is made of."""
         shown, graph = part.nodes % n_system, part.graph
         keys, first = np.unique(shown[graph.sources] * n_system + shown[graph.targets], return_index=True)
         states, number = np.unique(np.divmod(keys, n_system), return_inverse=True)
         sources, targets = number.reshape(2, -1)
-        smaller = Graph.of(len(states), sources, targets.astype(np.int32), graph.weights[first])
-        return cls(smaller, states, lengths[states])
+        return cls(Graph.of(len(states), sources, targets.astype(np.int32), graph.weights[first]), states)
 
 
 def gap_between(bound: float, weight: float) -> float:

@@ -15,7 +15,6 @@ from drake_ltl.planning.plan import State
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.spot_support import require_spot
 
 
 @dataclass(frozen=True)
@@ -25,9 +24,7 @@ class AutomatonSizes:
     buchi: tuple[int, int] | None
     """States and edges of BA as `automaton.buchi_size` counts them; None if it takes long to make."""
     searched: tuple[int, int]
-    """States and edges of the one that the planner searches."""
-    deterministic: bool
-    """Whether that one leaves no choice."""
+    """States and edges of the deterministic one that the planner searches."""
 
 
 def automaton_sizes(scenario: Scenario) -> AutomatonSizes:
@@ -38,8 +35,7 @@ def automaton_sizes(scenario: Scenario) -> AutomatonSizes:
         buchi = buchi_size(formula, BUCHI_TIME)
     except (TimeoutError, SearchLimitError):
         buchi = None
-    deterministic = bool(require_spot().is_deterministic(searched))
-    return AutomatonSizes(buchi, (searched.num_states(), searched.num_edges()), deterministic)
+    return AutomatonSizes(buchi, (searched.num_states(), searched.num_edges()))
 
 
 def reachable_size(system: TransitionSystem, start: State) -> tuple[int, int]:

@@ -52,7 +52,7 @@ def test_sizes(case_i_text):
     lines = sections(case_i_text)["How large it is"]
     assert any(line.startswith("transition system TS: 560 states, ") for line in lines)
     assert any(re.fullmatch(r"Büchi automaton BA of the paper: \d+ states, \d+ edges", line) for line in lines)
-    assert any("(deterministic)" in line for line in lines)
+    assert any(line.startswith("deterministic automaton that is searched: ") for line in lines)
 
 
 def test_what_counts_steps(case_i_text, drake_ltl, examples):

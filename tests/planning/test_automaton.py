@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from drake_ltl.planning.automaton import Automaton, buchi_size, letters, never_counts, tabulate, translate
+from drake_ltl.errors import SearchLimitError
+from drake_ltl.planning.acceptance import Clause
+from drake_ltl.planning.automaton import Automaton, buchi_size, letters, tabulate, translate
 from drake_ltl.planning.fits import published_fits
+from drake_ltl.planning.orbits import accepted, closed, row_of
 from drake_ltl.planning.power import sum_rule
-from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
+from drake_ltl.planning.profiles import all_profiles
 from drake_ltl.planning.transition_system import form
 from drake_ltl.planning.words import letter_of, satisfies
 
@@ -35,22 +40,64 @@ def as_letters(word):
     return [frozenset(np.array(ATOMS)[ALL_LETTERS[letter]].tolist()) for letter in word]
 
 
-def states_after(automaton, word):
-    states = {automaton.initial}
+def state_after(automaton, word):
+    state = automaton.initial
     for letter in word:
-        states = {t for q in states for t in automaton.successors[q, letter].tolist()} - {-1}
-    return states
+        state = automaton.successors[state, letter] if state >= 0 else -1
+    return state
+
+
+def accepted_states(automaton, cycle):
+    """States from which the cycle, read for ever, is accepted: by reading on until a state comes again."""
+    return {q for q in range(automaton.n_states) if _accepts_from(automaton, q, cycle)}
+
+
+def _accepts_from(automaton, q, cycle):
+    begins, met = [], []
+    while q >= 0 and q not in begins:
+        begins.append(q)
+        marks = 0
+        for letter in cycle:
+            marks |= int(automaton.marks[q, letter]) if q >= 0 else 0
+            q = automaton.successors[q, letter] if q >= 0 else -1
+        met.append(marks)
+    if q < 0:
+        return False
+    recurring = {mark for marks in met[begins.index(q) :] for mark in range(marks.bit_length()) if marks >> mark & 1}
+    return any(clause.often <= recurring and not clause.never & recurring for clause in automaton.clauses)
 
 
 def accepts(automaton, prefix, cycle):
-    return bool(states_after(automaton, prefix) & accepted_from(profile_of(automaton, cycle), automaton.full))
+    return state_after(automaton, prefix) in accepted_states(automaton, cycle)
+
+
+def profile(automaton, cycle):
+    """What the tables of profiles say of one word: accepted and closed states."""
+    row = row_of(automaton, cycle)[None]
+    return tuple(set(np.flatnonzero(table(automaton, row)[0]).tolist()) for table in (accepted, closed))
 
 
 @settings(deadline=None, max_examples=150)
 @given(formula=FORMULAS, prefix=WORDS, cycle=WORDS.filter(len))
 def test_tables_and_profiles_accept_what_spot_accepts(formula, prefix, cycle):
-    expected = satisfies(formula, as_letters(prefix), as_letters(cycle))
-    assert accepts(table_of(formula), prefix, cycle) == expected
+    expected, automaton = satisfies(formula, as_letters(prefix), as_letters(cycle)), table_of(formula)
+    assert accepts(automaton, prefix, cycle) == expected
+    good, once = profile(automaton, cycle)
+    assert good == accepted_states(automaton, cycle)
+    assert once == {q for q in good if state_after(replace(automaton, initial=q), cycle) == q}
+
+
+@settings(deadline=None, max_examples=100)
+@given(formula=FORMULAS, cycle=WORDS.filter(len))
+def test_what_loops_may_use_is_what_clauses_ask_for(formula, cycle):
+    """A loop closed after one round is accepted by some clause: it keeps to the edges left, and meets all marks."""
+    automaton = table_of(formula)
+    _, once = profile(automaton, cycle)
+    found = set()
+    for rules in automaton.for_loops():
+        found |= profile(rules, cycle)[1] if (rules.successors >= 0).any() else set()
+        assert rules.full > 0
+    assert found == once
 
 
 @settings(deadline=None, max_examples=60)
@@ -58,11 +105,9 @@ def test_tables_and_profiles_accept_what_spot_accepts(formula, prefix, cycle):
 def test_the_profiles_of_all_words_are_an_automaton(formula, cycle):
     automaton = table_of(formula)
     profiles = all_profiles(automaton, np.arange(4), most=2000)
-    state = 0
-    for letter in cycle:
-        state = profiles.automaton.successors[state, letter, 0] if state >= 0 else -1
-    accepted = frozenset(np.flatnonzero(profiles.accepted[state]).tolist()) if state >= 0 else frozenset()
-    assert accepted == accepted_from(profile_of(automaton, cycle), automaton.full)
+    state = state_after(profiles.automaton, cycle)
+    found = set(np.flatnonzero(profiles.accepted[state]).tolist()) if state >= 0 else set()
+    assert found == accepted_states(automaton, cycle)
 
 
 @settings(deadline=None, max_examples=60)
@@ -71,17 +116,17 @@ def test_the_profiles_of_all_words_are_an_automaton(formula, cycle):
 def test_what_closes_later_is_read_by_a_smaller_automaton(formula, cycle):
     automaton = table_of(formula)
     profiles = all_profiles(automaton, np.arange(4), most=2000)
-    profile = profile_of(automaton, cycle)
+    good, once = profile(automaton, cycle)
     for q in range(automaton.n_states):
-        expected = q in accepted_from(profile, automaton.full) and (q, q, automaton.full) not in profile
+        expected = q in good - once
         later = profiles.closed_later(q)
         if later is None:
             assert not expected
             continue
         reader, final = later
         assert reader.n_states <= profiles.automaton.n_states
-        reached = states_after(reader, cycle)
-        assert expected == any(final[state] for state in reached)
+        state = state_after(reader, cycle)
+        assert expected == (state >= 0 and final[state])
 
 
 @settings(deadline=None, max_examples=100)
@@ -93,14 +138,17 @@ def test_an_automaton_after_a_word_goes_on_from_there(formula, seen, cycle):
 
 
 def test_too_many_profiles_are_given_up():
-    assert all_profiles(table_of("GF(p & X q) & GF(q & X p)"), np.arange(4), most=3) is None
+    with pytest.raises(SearchLimitError, match="more than 3 profiles"):
+        all_profiles(table_of("GF(p & X q) & GF(q & X p)"), np.arange(4), most=3)
 
 
 @pytest.mark.parametrize(
-    ("formula", "deterministic"), [("GF p & GF q", True), ("FG p", False), ("G(p -> X q)", True), ("1", True)]
+    ("formula", "expected"),
+    [("GF p & GF q", [(2, 0)]), ("FG p", [(0, 1)]), ("GF p & FG q", [(1, 1)]), ("FG p | GF q", [(0, 1), (1, 0)])],
 )
-def test_deterministic_where_there_is_such_an_automaton(formula, deterministic):
-    assert table_of(formula).deterministic is deterministic
+def test_clauses(formula, expected):
+    """Numbers of marks that must recur, and of marks that must not."""
+    assert sorted((len(c.often), len(c.never)) for c in table_of(formula).clauses) == expected
 
 
 def test_an_empty_language_has_no_way_out():
@@ -133,8 +181,8 @@ def test_without_propositions_there_is_one_letter(case_i):
 
 
 def automaton_of(successors):
-    table = np.array(successors)[:, :, None]
-    return Automaton(0, table, np.ones_like(table), 1)
+    table = np.array(successors)
+    return Automaton(0, table, np.ones_like(table), (Clause(frozenset({0}), frozenset()),))
 
 
 @pytest.mark.parametrize(
@@ -148,26 +196,16 @@ def automaton_of(successors):
     ],
 )
 def test_counting_is_recognised(successors, expected):
-    assert never_counts(automaton_of(successors)) is expected
+    assert automaton_of(successors).never_counts is expected
 
 
 @settings(deadline=None, max_examples=100)
 @given(formula=FORMULAS, cycle=WORDS.filter(len))
 def test_an_automaton_that_never_counts_closes_within_a_round(formula, cycle):
     automaton = table_of(formula)
-    if not never_counts(automaton):
+    if not automaton.never_counts:
         return
-    profile = profile_of(automaton, cycle)
-    closed = {q for q, target, marks in profile if q == target and marks == automaton.full}
-    reaching = {q for q in range(automaton.n_states) if closed & _reachable(profile, q)}
-    assert reaching == accepted_from(profile, automaton.full)
-
-
-def _reachable(profile, state):
-    reached, frontier = {state}, [state]
-    while frontier:
-        q = frontier.pop()
-        new = {t for s, t, _ in profile if s == q} - reached
-        reached |= new
-        frontier += new
-    return reached
+    good, once = profile(automaton, cycle)
+    for q in range(automaton.n_states):
+        after = state_after(replace(automaton, initial=q), cycle * automaton.n_states)
+        assert (after in once) == (q in good)

@@ -119,10 +119,18 @@ def test_large_graphs_are_refused(case_ii):
 
 
 def accepts(graph):
-    """Whether the product has an accepting run: a strongly connected part with all marks."""
-    for part in nx.strongly_connected_components(graph):
-        inside = graph.subgraph(part).edges(data="marks")
-        if frozenset().union(*(marks for _, _, marks in inside)) == graph.graph["marks"]:
+    """Whether the product has an accepting run: a strongly connected part with all marks of a clause, without the
+    edges that must not recur."""
+    return any(_accepts_by(clause, graph) for clause in graph.graph["clauses"])
+
+
+def _accepts_by(clause, graph):
+    edges = [(*ends, marks) for *ends, marks in graph.edges(data="marks") if not marks & clause.never]
+    kept = nx.DiGraph()
+    kept.add_weighted_edges_from(edges, weight="marks")
+    for part in nx.strongly_connected_components(kept):
+        inside = [marks for *_, marks in kept.subgraph(part).edges(data="marks")]
+        if inside and clause.often <= frozenset().union(*inside):
             return True
     return False
 

@@ -273,7 +273,7 @@ def test_a_loop_of_ts_may_settle_after_its_first_round(make_scenario):
 # Where the exact search would be too large
 
 
-@pytest.mark.parametrize("spec", ["GF r0 & GF r1 & GF r2", "FG r1 & F r2", "GF r2 & GF r1 & F(r1 & X r0)"])
+@pytest.mark.parametrize("spec", ["GF r0 & GF r1 & GF r2", "FG r1 & GF !r1 | GF r0 & GF r1", "GF(r0 & X r1) & GF r2"])
 def test_limits_cost_the_proof_not_the_plan(make_scenario, spec, monkeypatch):
     centres = {"r0": (0.0, 0.0, 0.0), "r1": (10.0, 0.0, 0.0), "r2": (4.0, 9.0, 0.0)}
     scenario = make_scenario({"a1": (1.0, spec)}, {}, centres)
@@ -289,7 +289,7 @@ def test_limits_cost_the_proof_not_the_plan(make_scenario, spec, monkeypatch):
 
 @pytest.mark.parametrize(
     ("case", "most_edges", "status"),
-    [("case_i", 500, "optimal"), ("case_i", 100, "feasible"), ("case_ii", 3000, "optimal")],
+    [("case_i", 500, "feasible"), ("case_i", 100, "feasible"), ("case_ii", 3000, "optimal")],
 )
 def test_loops_are_shared_out_where_they_are_many(case, most_edges, status, request, monkeypatch):
     scenario, start = request.getfixturevalue(case)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import Any
 
+from drake_ltl.planning.acceptance import Clause, clauses
 from drake_ltl.planning.demands import parts
 from drake_ltl.planning.words import Letter
 from drake_ltl.scenario.formulas import global_formula
@@ -35,14 +35,6 @@ class Edge:
     cube: Cube
     target: int | None
     marks: frozenset[int] = frozenset()
-
-
-@dataclass(frozen=True)
-class Clause:
-    """One way to accept: of the marks that recur, all of `often` are there and none of `never`."""
-
-    often: frozenset[int]
-    never: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -188,8 +180,7 @@ def automaton(formula: str) -> Conjunct:
         edges += [Edge(edge.src, cube, edge.dst, marks) for cube in _cubes(buddy, edge.cond, names)]
     for state, condition in enumerate(left):
         edges += [Edge(state, cube, None) for cube in _cubes(buddy, condition, names)]
-    clauses = _clauses(str(made.get_acceptance().to_dnf()))
-    return Conjunct(formula, made.get_init_state_number(), made.num_states(), tuple(edges), clauses)
+    return Conjunct(formula, made.get_init_state_number(), made.num_states(), tuple(edges), clauses(made))
 
 
 def _cubes(buddy: Any, condition: Any, names: Mapping[int, str], so_far: Cube = ()) -> Iterator[Cube]:
@@ -202,18 +193,6 @@ def _cubes(buddy: Any, condition: Any, names: Mapping[int, str], so_far: Cube = 
     name = names[buddy.bdd_var(condition)]
     yield from _cubes(buddy, buddy.bdd_low(condition), names, (*so_far, (name, False)))
     yield from _cubes(buddy, buddy.bdd_high(condition), names, (*so_far, (name, True)))
-
-
-def _clauses(acceptance: str) -> tuple[Clause, ...]:
-    """Read a disjunctive normal form such as `(Fin(0) & Inf(1)) | (Inf(2)&Inf(3))`; `t` and `f` are constants."""
-    if acceptance == "f":
-        return ()
-    clauses = []
-    for part in acceptance.split("|"):
-        atoms = re.findall(r"(Inf|Fin)\((\d+)\)", part)
-        often, never = (frozenset(int(mark) for kind, mark in atoms if kind == wanted) for wanted in ("Inf", "Fin"))
-        clauses.append(Clause(often, never))
-    return tuple(clauses)
 
 
 def _subsets(names: tuple[str, ...]) -> Iterator[list[str]]:

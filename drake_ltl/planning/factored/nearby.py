@@ -79,10 +79,10 @@ class Nearby:
         places, nothing = self._states.places[numbers // self._states.n_formations], np.zeros(0, dtype=np.int64)
         acts = np.zeros(len(steps[0]), dtype=np.int16)
         system = TransitionSystem(scenario, options, places, *steps, acts, nothing, 0)
-        whole = multiply(Graph.of(len(numbers), *steps), letter, self.product.automaton, roots=True)
-        begun, home = begun.reshape(-1), home.reshape(-1)
-        kept = begun[whole.graph.sources] + whole.graph.weights + home[whole.graph.targets] < self.limit
         alive = begun + home < self.limit
+        whole = multiply(Graph.of(len(numbers), *steps), letter, self.product.automaton, alive)
+        begun, home, alive = (values.reshape(-1) for values in (begun, home, alive))
+        kept = begun[whole.graph.sources] + whole.graph.weights + home[whole.graph.targets] < self.limit
         return Local(system, numbers, _only(whole, kept), alive, np.where(first, prices, np.inf).reshape(-1))
 
     def _by_state(self, values: NDArray, numbers: NDArray) -> NDArray[np.float64]:
@@ -115,7 +115,7 @@ def _only(product: Product, kept: NDArray[np.bool_]) -> Product:
     """The product with only some of its edges."""
     graph, edges = product.graph, np.flatnonzero(kept)
     smaller = Graph.of(graph.n_nodes, graph.sources[edges], graph.targets[edges], graph.weights[edges])
-    return Product(smaller, product.marks[edges], product.n_system, product.parallel)
+    return Product(smaller, product.marks[edges], product.n_system)
 
 
 def _steps_among(

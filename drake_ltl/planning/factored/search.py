@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning import search
-from drake_ltl.planning.automaton import Automaton, never_counts
+from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.factored.identities import Row, exchanged, follow
 from drake_ltl.planning.factored.loops import ClosedLoops, Field, FoundLoop, ReadLoops, find_loop
 from drake_ltl.planning.factored.moves import Moves, all_moves, usual_weight
 from drake_ltl.planning.factored.states import MergedStates
 from drake_ltl.planning.factored.waves import WaveProduct, spread
 from drake_ltl.planning.factors import way_costs
+from drake_ltl.planning.orbits import accepted, row_of
 from drake_ltl.planning.power import CanCarry
-from drake_ltl.planning.profiles import accepted_from, all_profiles, profile_of
+from drake_ltl.planning.profiles import all_profiles
 from drake_ltl.planning.search import gap_between
 
 WAVE = 1.5
@@ -64,7 +65,7 @@ class FactoredSearch:
 
     def has_lasso(self) -> bool:
         """Whether any run is accepted."""
-        return self._field is not None
+        return bool(self._fields)
 
     def run(self) -> Route | None:
         """The lasso of least J, then fewest steps, then fewest actions; None if there is none.
@@ -72,56 +73,54 @@ class FactoredSearch:
         Raises:
             SearchLimitError: too much is left to look at.
         """
-        if self._field is None:
+        if not self._fields:
             return None
-        alive = self._field.alive
-        to_node = np.where(alive, self._distance, np.inf)
+        settled = self.automaton.never_counts
+        firsts = [self._closed_in(field, settled) for field in self._fields]
+        best, later = min(firsts, key=lambda first: first.loop.weight), min(first.later for first in firsts)
+        return self._route(best.root, best.loop) if best.loop.weight <= later else self._over_profiles(best, later)
+
+    def _closed_in(self, field: Field, settled: bool) -> _First:
+        """The cheapest loop that is closed in a product."""
+        to_node = np.where(field.alive, self._distance, np.inf)
         to_state = np.broadcast_to(self._by_state.min(axis=0), self._by_state.shape).reshape(-1)
-        closed = ClosedLoops(self._field, to_node, self._width)
-        bound = float(to_state[alive].min())
-        settled = never_counts(self.automaton)
-        nearest = bool((to_state == to_node)[alive].all())
+        nearest, later = bool((to_state == to_node)[field.alive].all()), float(to_state[field.alive].min())
         if settled and not nearest:
-            relaxed = find_loop(ClosedLoops(self._field, to_state, self._width))
-            route = self._accepted_anyhow(relaxed)
-            if route is not None:
-                return route
-            bound = relaxed.weight
-        loop = find_loop(closed)
-        if loop.weight == bound or (settled and nearest):
-            return self._route(loop.root, loop)
-        return self._over_profiles(loop, bound)
+            relaxed = find_loop(ClosedLoops(field, to_state, self._width))
+            root, later = self._accepted_root(relaxed), relaxed.weight
+            if root is not None:
+                return _First(relaxed, root, later)
+        loop = find_loop(ClosedLoops(field, to_node, self._width))
+        return _First(loop, loop.root, np.inf if settled and nearest else later)
 
-    def _accepted_anyhow(self, loop: FoundLoop) -> Route | None:
-        """The loop and the shortest way to its first state, if the word is accepted."""
-        letters = self.letter.reshape(-1)[loop.numbers[1:]].tolist()
-        accepted = accepted_from(profile_of(self.automaton, letters), self.automaton.full)
+    def _accepted_root(self, loop: FoundLoop) -> int | None:
+        """Where the nearest way to the loop's first state ends, if the loop's word is accepted from there."""
+        row = row_of(self.automaton, self.letter.reshape(-1)[loop.numbers[1:]].tolist())
         distances = self._by_state[:, loop.numbers[0]]
-        for q in np.flatnonzero(distances == distances.min()).tolist():
-            if q in accepted:
-                return self._route(q * self._prefixes.n_system + loop.numbers[0], loop)
-        return None
+        first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (distances == distances.min()))
+        return int(first[0]) * self._prefixes.n_system + loop.numbers[0] if len(first) else None
 
-    def _over_profiles(self, loop: FoundLoop, bound: float) -> Route:
+    def _over_profiles(self, best: _First, bound: float) -> Route:
         """Exact search for a loop that is not closed after one round and better than a known one."""
-        by_state, root, n_system = self._by_state, loop.root, self._prefixes.n_system
-        shown = self.letter.reshape(-1)[by_state.min(axis=0) < loop.weight]
-        profiles = all_profiles(self.automaton, shown, search.MOST_PROFILES)
-        sound = profiles is not None
-        for q, prices in enumerate(by_state if sound else ()):
-            later = profiles.closed_later(q) if (prices < loop.weight).any() else None
-            if later is None:
-                continue
-            reader, final = later
-            if reader.n_states * n_system > MOST_NODES:
-                sound = False
-                continue
-            kind = ReadLoops(WaveProduct(self._moves, self.letter, reader), final, prices, self._width)
-            better = find_loop(kind, loop.weight)
-            if better is not None:
-                loop, root = better, q * n_system + better.numbers[0]
-        route = self._route(root, loop)
-        return route if sound else Route(route.prefix, route.suffix, False, gap_between(bound, loop.weight))
+        loop, root, n_system = best.loop, best.root, self._prefixes.n_system
+        shown = self.letter.reshape(-1)[self._by_state.min(axis=0) < loop.weight]
+        try:
+            profiles = all_profiles(self.automaton, shown, search.MOST_PROFILES)
+            for q, prices in enumerate(self._by_state):
+                later = profiles.closed_later(q) if (prices < loop.weight).any() else None
+                if later is None:
+                    continue
+                reader, final = later
+                if reader.n_states * n_system > MOST_NODES:
+                    raise SearchLimitError(f"a product with {reader.n_states} profiles is too large")
+                kind = ReadLoops(WaveProduct(self._moves, self.letter, reader), final, prices, self._width)
+                better = find_loop(kind, loop.weight)
+                if better is not None:
+                    loop, root = better, q * n_system + better.numbers[0]
+        except SearchLimitError:
+            route = self._route(root, loop)
+            return Route(route.prefix, route.suffix, False, gap_between(bound, loop.weight))
+        return self._route(root, loop)
 
     def _route(self, root: int, loop: FoundLoop) -> Route:
         """The shortest way to a node, then a loop that begins in the same merged state."""
@@ -176,9 +175,23 @@ class FactoredSearch:
         return self._distance.reshape(self.automaton.n_states, -1)
 
     @cached_property
-    def _field(self) -> Field | None:
-        product = WaveProduct(self._moves, self.letter, self.automaton)
-        return Field.of(product, np.isfinite(self._distance), self._width)
+    def _fields(self) -> list[Field]:
+        """Accepting runs by the clauses of the automaton that some of them satisfy."""
+        reached = np.isfinite(self._distance)
+        products = (WaveProduct(self._moves, self.letter, rules) for rules in self.automaton.for_loops())
+        fields = (Field.of(product, reached, self._width) for product in products)
+        return [field for field in fields if field is not None]
+
+
+@dataclass(frozen=True, eq=False)
+class _First:
+    """The cheapest loop that is closed in a product."""
+
+    loop: FoundLoop
+    root: int
+    """Node of the product from which it is read."""
+    later: float
+    """No loop that only later rounds close has less."""
 
 
 def check_size(states: MergedStates) -> None:
@@ -200,6 +213,6 @@ def check_product(states: MergedStates, automaton: Automaton) -> None:
     Raises:
         SearchLimitError: it is too large.
     """
-    size = states.n_states * automaton.n_states * automaton.full.bit_length()
-    if size > MOST_NODES or automaton.full >= search.MOST_LAYERS:
+    full = max((rules.full for rules in automaton.for_loops()), default=1)
+    if states.n_states * automaton.n_states * full.bit_length() > MOST_NODES or full >= search.MOST_LAYERS:
         raise SearchLimitError(f"the product of {states.n_states} states and the automaton is too large")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,22 +39,21 @@ class WaveProduct:
 
     def initial(self, state: int) -> NDArray[np.int64]:
         """Nodes in which runs begin that begin in a merged state."""
-        first = self.automaton.successors[self.automaton.initial, self.letter.reshape(-1)[state]]
-        return np.unique(first[first >= 0]) * self.n_system + state
+        first = self.automaton.successors[self.automaton.initial, self.letter.reshape(-1)[[state]]]
+        return first[first >= 0] * self.n_system + state
 
     def marked(self, mark: int) -> NDArray[np.bool_]:
         """(n_nodes,): whether the automaton can meet a mark on the way into a node's state, by its letter."""
-        entered = np.zeros(self.automaton.successors.shape[:2], dtype=bool)
-        q, letter, choice = np.nonzero((self.automaton.successors >= 0) & (self.automaton.marks >> mark & 1 > 0))
-        entered[self.automaton.successors[q, letter, choice], letter] = True
+        entered = np.zeros(self.automaton.successors.shape, dtype=bool)
+        q, letter = np.nonzero((self.automaton.successors >= 0) & (self.automaton.marks >> mark & 1 > 0))
+        entered[self.automaton.successors[q, letter], letter] = True
         return entered[:, self.letter.reshape(-1)].reshape(-1)
 
     def only(self, mark: int) -> WaveProduct:
         """The same with only the edges that carry a mark."""
         kept = self.automaton.marks >> mark & 1 > 0
         successors = np.where(kept, self.automaton.successors, -1)
-        automaton = Automaton(self.automaton.initial, successors, self.automaton.marks, self.automaton.full)
-        return WaveProduct(self.moves, self.letter, automaton)
+        return WaveProduct(self.moves, self.letter, replace(self.automaton, successors=successors))
 
     def onwards(self, nodes: NDArray, values: NDArray, below: NDArray) -> tuple[NDArray, NDArray]:
         """One step from nodes at given values.
@@ -109,9 +108,9 @@ class WaveProduct:
     @cached_property
     def _before(self) -> NDArray[np.int64]:
         """(Q, L, B): from which states a letter leads into a state; -1 fills up."""
-        n_states, n_letters = self.automaton.successors.shape[:2]
-        q, letter, choice = np.nonzero(self.automaton.successors >= 0)
-        edges = np.unique(np.stack([self.automaton.successors[q, letter, choice], letter, q]), axis=1)
+        n_states, n_letters = self.automaton.successors.shape
+        q, letter = np.nonzero(self.automaton.successors >= 0)
+        edges = np.unique(np.stack([self.automaton.successors[q, letter], letter, q]), axis=1)
         key = edges[0] * n_letters + edges[1]
         place = np.arange(len(key)) - np.searchsorted(key, key)
         before = np.full((n_states * n_letters, max(1, place.max(initial=-1) + 1)), -1)
@@ -130,11 +129,10 @@ class WaveProduct:
             sound = np.flatnonzero(moves.allowed[goals, formations])
             goal, formation = goals[sound], formations[sound]
             ends = values[sound] + moves.weigh(places[sound], way, formation)
-            choices = self.automaton.successors[states[sound], self.letter[goal, formation]]
-            for after in choices.T:
-                nodes = ((layer[sound] * n_states + after) * n_places + goal) * n_formations + formation
-                kept = np.flatnonzero((after >= 0) & (ends < below[nodes]))
-                found.append((nodes[kept], ends[kept]))
+            after = self.automaton.successors[states[sound], self.letter[goal, formation]]
+            nodes = ((layer[sound] * n_states + after) * n_places + goal) * n_formations + formation
+            kept = np.flatnonzero((after >= 0) & (ends < below[nodes]))
+            found.append((nodes[kept], ends[kept]))
         return found
 
 

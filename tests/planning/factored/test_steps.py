@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_ltl.planning.acceptance import Clause
 from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.factored.crowds import MOST_FORMATIONS, Crowd, crowds
 from drake_ltl.planning.factored.identities import exchanged, follow
@@ -62,9 +63,9 @@ def factored(scenario, merge):
     fits = published_fits(scenario.fits)
     states = MergedStates(scenario, fits, crowds(scenario, merge))
     largest = 36.0 * (len(scenario.agents) + len(scenario.objects))
-    one = np.zeros((1, 1, 1), dtype=np.int64)
+    one, clause = np.zeros((1, 1), dtype=np.int64), Clause(frozenset({0}), frozenset())
     moves = all_moves(states, sum_rule(scenario), 1.0, largest)
-    product = WaveProduct(moves, np.zeros(states.possible.shape, dtype=np.int64), Automaton(0, one, one + 1, 1))
+    product = WaveProduct(moves, np.zeros(states.possible.shape, dtype=np.int64), Automaton(0, one, one + 1, (clause,)))
     return states, product, largest
 
 
