@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 from drake_ltl.errors import InfeasibleError
 from drake_ltl.planning.bounded.alone import Alone, alone
-from drake_ltl.planning.bounded.conjuncts import automaton, formula_of_each_member
+from drake_ltl.planning.bounded.conjuncts import automaton, automaton_of_each_member
 from drake_ltl.planning.bounded.counting import Counting
 from drake_ltl.planning.bounded.detours import needed_ways
 from drake_ltl.planning.bounded.problem import Problem
@@ -70,19 +70,20 @@ def lone_members(problem: Problem) -> list[Alone | None]:
     Raises:
         InfeasibleError: nothing at all, for one of them.
     """
-    formulas = formula_of_each_member(problem.scenario)
+    automata = automaton_of_each_member(problem.scenario)
     every = {(a, b) for a in range(problem.n_regions) for b in range(problem.n_regions) if a != b}
     found: list[Alone | None] = []
     for member, name in enumerate(problem.members):
         ways = every
         if member >= problem.n_agents:
             ways = {way for way in every if can_go(problem, found, member - problem.n_agents, way)}
-        formula = formulas.get(name, "1")
-        if formula == "1" and ways == every:
+        own = automata.get(name)
+        if own is None and ways == every:
             found.append(None)
             continue
-        lone = alone(problem, member, automaton(formula), ways)
+        own = own or automaton("1")
+        lone = alone(problem, member, own, ways)
         if lone is None:
-            raise InfeasibleError(f"no run from the initial state satisfies {formula}, even without the others")
+            raise InfeasibleError(f"no run from the initial state satisfies {own.formula}, even without the others")
         found.append(lone)
     return found

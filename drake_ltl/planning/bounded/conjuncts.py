@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import Any
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.acceptance import Clause, clauses
+from drake_ltl.planning.automaton import translate
 from drake_ltl.planning.demands import parts
 from drake_ltl.planning.words import Letter
 from drake_ltl.scenario.formulas import global_formula
@@ -145,10 +148,11 @@ def conjuncts(scenario: Scenario) -> list[Conjunct]:
     return [automaton(str(part)) for part in parts(require_spot().formula(global_formula(scenario)))]
 
 
-def formula_of_each_member(scenario: Scenario) -> dict[str, str]:
-    """The conjunction of all conjuncts that speak of one member alone, for each member that has one.
+def automaton_of_each_member(scenario: Scenario) -> dict[str, Conjunct]:
+    """The conjunction of the conjuncts that speak of one member alone, for each member that has one.
 
-    Conjuncts without propositions are left out.
+    Conjuncts without propositions are left out, and those that would make an automaton too large: what is left
+    allows at least as much.
     """
     spot = require_spot()
     own: dict[str, list[Any]] = {}
@@ -156,7 +160,21 @@ def formula_of_each_member(scenario: Scenario) -> dict[str, str]:
         members = {ap.ap_name().partition(".")[0] for ap in spot.atomic_prop_collect(part)}
         if len(members) == 1:
             own.setdefault(members.pop(), []).append(part)
-    return {member: str(spot.formula.And(those)) for member, those in own.items()}
+    return {member: _together(those) for member, those in own.items()}
+
+
+def _together(formulas: list[Any]) -> Conjunct:
+    """One automaton of as many formulas as it can be made of."""
+    spot = require_spot()
+    try:
+        return automaton(str(spot.formula.And(formulas)))
+    except SearchLimitError:
+        kept, found = [], automaton("1")
+        for formula in formulas:
+            with suppress(SearchLimitError):
+                found = automaton(str(spot.formula.And([*kept, formula])))
+                kept.append(formula)
+        return found
 
 
 def is_contradictory(scenario: Scenario) -> bool:
@@ -169,8 +187,12 @@ def is_contradictory(scenario: Scenario) -> bool:
 
 
 def automaton(formula: str) -> Conjunct:
-    """A deterministic automaton of a formula."""
-    made = translated(formula, "generic", "deterministic")
+    """A deterministic automaton of a formula.
+
+    Raises:
+        SearchLimitError: it is too large.
+    """
+    made = translate(formula, "high")
     names = {made.register_ap(ap): ap.ap_name() for ap in made.ap()}
     buddy = importlib.import_module("buddy")  # comes with Spot
     edges, left = [], [buddy.bddtrue for _ in range(made.num_states())]

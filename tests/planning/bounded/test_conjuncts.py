@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from drake_ltl.planning.bounded.conjuncts import automaton, conjuncts, formula_of_each_member, is_contradictory
+from drake_ltl.planning.bounded.conjuncts import automaton, automaton_of_each_member, conjuncts, is_contradictory
 from drake_ltl.planning.words import satisfies
 
 FORMULAS = [
@@ -57,6 +57,16 @@ def test_accepts_the_words_of_its_formula(formula):
 def test_formulas_are_split(make_scenario):
     scenario = make_scenario({"a1": (1.0, "GF pi1 & G !pi3")}, {"o1": (1.0, "F pi2")}, spec="F(a1.pi2 & o1.pi2)")
     assert sorted(len(c.members) for c in conjuncts(scenario)) == [1, 1, 1, 2]
-    assert set(formula_of_each_member(scenario)) == {"a1", "o1"}
+    assert set(automaton_of_each_member(scenario)) == {"a1", "o1"}
     assert not is_contradictory(scenario)
     assert is_contradictory(make_scenario({"a1": (1.0, "G !pi3 & F pi3")}, {}))
+
+
+def test_what_makes_the_automaton_of_a_member_too_large_is_left_out(make_scenario):
+    """It must allow no less than the formula does."""
+    formula = " & ".join(["GF r0", *(f"F(r0 & {'X' * n} r1)" for n in range(1, 8))])
+    scenario = make_scenario({"a1": (1.0, formula)}, {}, {"r0": (0.0, 0.0, 0.0), "r1": (9.0, 0.0, 0.0)})
+    own = automaton_of_each_member(scenario)["a1"]
+    assert 1 < own.n_states <= 3000
+    assert own.accepts([], [frozenset({"a1.r0"}), *[frozenset({"a1.r1"})] * 7])
+    assert not own.accepts([], [frozenset({"a1.r1"})])
