@@ -59,7 +59,7 @@ class Automaton:
         for letter in word:
             state = int(self.successors[state, letter]) if state >= 0 else -1
         if state >= 0:
-            return replace(self, initial=state)
+            return self if state == self.initial else replace(self, initial=state)
         return replace(self, successors=np.full_like(self.successors, -1))
 
     def accepts(self, met: NDArray[np.int64]) -> NDArray[np.bool_]:

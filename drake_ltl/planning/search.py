@@ -31,6 +31,8 @@ from drake_ltl.planning.weights import COST_UNIT, lexicographic
 MOST_PROFILES = 3000
 MOST_LAYERS = 1024
 MOST_LAYERED_EDGES = 10_000_000
+FEW_LAYERED_EDGES = 50_000
+"""Not worth a look without marks first."""
 MOST_EDGES = 20_000_000
 """Graphs with more edges are not formed: some 40 bytes each while they are searched."""
 
@@ -258,11 +260,12 @@ class _Search:
         priced = Priced(marks, self._to_state(marks))
         priced, _ = priced.within(np.flatnonzero(priced.bounds < best.weight), best.weight)
         try:
-            level = self._next(Level.unmarked(priced, self.system.n_states, self._features), best)
-            bound = self._relaxed(level, best)
-            if bound is None:
-                return replace(best, later=best.weight)
-            best = replace(best, later=max(best.later, bound.weight))
+            if len(priced.marks.part.marks) * marks.full > FEW_LAYERED_EDGES:
+                level = self._next(Level.unmarked(priced, self.system.n_states, self._features), best)
+                bound = self._relaxed(level, best)
+                if bound is None:
+                    return replace(best, later=best.weight)
+                best = replace(best, later=max(best.later, bound.weight))
             layers = priced.layers(best.weight, MOST_LAYERED_EDGES)
             if layers is None:
                 return best
