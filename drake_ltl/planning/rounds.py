@@ -9,20 +9,25 @@ cheapest loop of its own, priced by the way to (q_0, s).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.distances import distances, least
 from drake_ltl.planning.layers import Layers, Priced
 from drake_ltl.planning.loops import Loop, LoopProblem, cheapest_loop
-from drake_ltl.planning.marks import Features
+from drake_ltl.planning.marks import Features, Marks
+from drake_ltl.planning.orbits import accepted, row_of
 from drake_ltl.planning.product import Graph, multiply
 
 MOST_EDGES = 20_000_000
 """Of a level, before it is cut down to what is of use."""
+MOST_LAYERED_EDGES = 10_000_000
+FEW_LAYERED_EDGES = 50_000
+"""Not worth a look without marks first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,3 +131,74 @@ class Level:
         if loop is None:
             return None
         return ReadLoop(int(self.first[loop.root]), self.shown[list(loop.nodes)].tolist(), loop.weight)
+
+
+@dataclass(frozen=True, eq=False)
+class Rounds:
+    """Where loops of TS may begin, and how far the automaton can then be.
+
+    Attributes:
+        automaton: never counts; Q states.
+        letter: (S,)
+        by_state: (Q, S), the least way to each node of the product.
+        prices: (S,), the least of them; inf where no loop may begin.
+        features: of nodes of the product, for `LoopProblem`.
+    """
+
+    automaton: Automaton
+    letter: NDArray[np.int64]
+    by_state: NDArray[np.float64]
+    prices: NDArray[np.float64]
+    features: Features
+
+    def cheapest(self, marks: Marks, limit: float) -> tuple[ReadLoop | None, float]:
+        """The least loop below a limit that stays in a part of the product and is not closed there after one round.
+
+        Returns:
+            The loop, if one is known; and a bound below which there is none, at least its weight or the limit unless
+            that is too much to search.
+        """
+        priced = Priced(marks, self.prices[marks.part.nodes % len(self.prices)])
+        priced, _ = priced.within(np.flatnonzero(priced.bounds < limit), limit)
+        best, low = None, -np.inf
+        try:
+            if len(priced.marks.part.marks) * marks.full > FEW_LAYERED_EDGES:
+                relaxed = self._relaxed(
+                    self._next(Level.unmarked(priced, len(self.prices), self.features), limit), limit
+                )
+                if relaxed is None:
+                    return None, limit
+                low = relaxed.weight
+            layers = priced.layers(limit, MOST_LAYERED_EDGES)
+            if layers is None:
+                return None, low
+            level = Level.of(priced, layers, len(self.prices), self.features)
+            for _ in range(self.automaton.n_states):
+                level = self._next(level, limit)
+                relaxed = self._relaxed(level, limit)
+                if relaxed is None:
+                    break
+                nearest = self._nearest(relaxed)
+                if nearest is not None:
+                    return nearest, nearest.weight
+                low = relaxed.weight
+                found = level.cheapest(self.by_state[level.first, level.states], limit)
+                if found is not None:
+                    best, limit = found, found.weight
+        except SearchLimitError:
+            return best, low
+        return best, limit
+
+    def _next(self, level: Level, limit: float) -> Level:
+        return level.next(self.letter, self.automaton, self.by_state, limit)
+
+    def _relaxed(self, level: Level, limit: float) -> ReadLoop | None:
+        """The least loop of a level and all later ones, if the way to its state of TS were its price."""
+        return level.cheapest(self.prices[level.states], limit)
+
+    def _nearest(self, loop: ReadLoop) -> ReadLoop | None:
+        """The loop read from where the way to its first state is least, if its word is accepted from there."""
+        row = row_of(self.automaton, self.letter[loop.states[1:]].tolist())
+        ways = self.by_state[:, loop.states[0]]
+        first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (ways == ways.min()))
+        return replace(loop, first=int(first[0])) if len(first) else None

@@ -23,7 +23,7 @@ from drake_ltl.planning.marks import Features, Marks
 from drake_ltl.planning.orbits import accepted, row_of
 from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply
 from drake_ltl.planning.profiles import all_profiles
-from drake_ltl.planning.rounds import Level, ReadLoop
+from drake_ltl.planning.rounds import Rounds
 from drake_ltl.planning.shares import least_loop
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.planning.weights import COST_UNIT, lexicographic
@@ -31,8 +31,6 @@ from drake_ltl.planning.weights import COST_UNIT, lexicographic
 MOST_PROFILES = 3000
 MOST_LAYERS = 1024
 MOST_LAYERED_EDGES = 10_000_000
-FEW_LAYERED_EDGES = 50_000
-"""Not worth a look without marks first."""
 MOST_EDGES = 20_000_000
 """Graphs with more edges are not formed: some 40 bytes each while they are searched."""
 
@@ -255,48 +253,16 @@ class _Search:
         return Lasso(tuple(self.prefixes.path(root)[:-1]), tuple(states[:-1]), True, 0.0)
 
     def _in_rounds(self, marks: Marks, best: _Best) -> _Best:
-        """Exact search for a loop that is better than the best known and not closed after one round, level by level
-        (`rounds`); `later` says how far it came if that is too much to search."""
-        priced = Priced(marks, self._to_state(marks))
-        priced, _ = priced.within(np.flatnonzero(priced.bounds < best.weight), best.weight)
-        try:
-            if len(priced.marks.part.marks) * marks.full > FEW_LAYERED_EDGES:
-                level = self._next(Level.unmarked(priced, self.system.n_states, self._features), best)
-                bound = self._relaxed(level, best)
-                if bound is None:
-                    return replace(best, later=best.weight)
-                best = replace(best, later=max(best.later, bound.weight))
-            layers = priced.layers(best.weight, MOST_LAYERED_EDGES)
-            if layers is None:
-                return best
-            level = Level.of(priced, layers, self.system.n_states, self._features)
-            for _ in range(self.automaton.n_states):
-                level = self._next(level, best)
-                relaxed = self._relaxed(level, best)
-                if relaxed is None:
-                    break
-                lasso = self._nearest(relaxed.states)
-                if lasso is not None:
-                    return replace(best, lasso=lasso, weight=relaxed.weight, later=relaxed.weight)
-                best = self._best_of(level, replace(best, later=relaxed.weight))
-        except SearchLimitError:
+        """Exact search for a loop that is better than the best known and not closed after one round (`rounds`);
+        `later` says how far it came if that is too much to search."""
+        by_state = self.prefixes.by_state()
+        rounds = Rounds(self.automaton, self.letter, by_state, by_state.min(axis=0), self._features)
+        loop, bound = rounds.cheapest(marks, best.weight)
+        best = replace(best, later=max(best.later, bound))
+        if loop is None:
             return best
-        return replace(best, later=best.weight)
-
-    def _next(self, level: Level, best: _Best) -> Level:
-        return level.next(self.letter, self.automaton, self.prefixes.by_state(), best.weight)
-
-    def _relaxed(self, level: Level, best: _Best) -> ReadLoop | None:
-        """The least loop of a level and all later ones, if the way to its state of TS were its price."""
-        return level.cheapest(self.prefixes.by_state().min(axis=0)[level.states], best.weight)
-
-    def _best_of(self, level: Level, best: _Best) -> _Best:
-        """With the least loop of a level at its real price, if that is better."""
-        found = level.cheapest(self.prefixes.by_state()[level.first, level.states], best.weight)
-        if found is None:
-            return best
-        root = found.first * self.system.n_states + found.states[0]
-        return replace(best, lasso=self._lasso(root, found.states), weight=found.weight)
+        lasso = self._lasso(loop.first * self.system.n_states + loop.states[0], loop.states)
+        return replace(best, lasso=lasso, weight=loop.weight)
 
     def _over_profiles(self, marks: Marks, best: _Best) -> _Best:
         """As `_in_rounds`, by the profiles of words (`profiles`), for automata that may count."""

@@ -21,8 +21,8 @@ from drake_ltl.planning.marks import Features
 
 FIRST_STEP, LEAST_STEP = 1 / 16, 1 / 64
 """Parts of the limit by which a share is searched beyond its bound, at first and before it is divided."""
-MOST_LOOKS = 600
-"""The search is given up after so many looks at shares."""
+MOST_LOOKS, MOST_FAILURES = 600, 40
+"""The search is given up after so many looks at shares, and after so many at what is too much."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,10 @@ class _Look:
         best, ticket = LeastLoop([], limit, limit), count()
         low = float(bounds.min())
         queue = [(low, next(ticket), np.flatnonzero(np.isfinite(self.priced.prices)), limit * FIRST_STEP)]
+        failures = 0
         for _ in range(MOST_LOOKS):
+            if failures > MOST_FAILURES:
+                break
             if not queue or queue[0][0] >= best.weight:
                 return LeastLoop(best.nodes, best.weight, best.weight)
             low, _, roots, step = heapq.heappop(queue)
@@ -103,6 +106,7 @@ class _Look:
                 continue
             goal = min(low + np.ceil(step), best.weight)
             found = self.at(roots, goal)
+            failures += found is None
             if found is not None and found[0]:
                 best = LeastLoop(*found, found[1])
             elif found is not None:

@@ -84,10 +84,10 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         yield "turn of an object from its heading", quantity(verdict.max_heading_error, "rad"), f"<= {most}"
     if verdict.max_effort:
         agent = max(verdict.max_effort, key=verdict.max_effort.__getitem__)
-        saturated = "" if verdict.max_effort[agent] <= 1.0 else "<= 1, was cut off there"
-        yield f"torque of {agent}, of its limit", f"{verdict.max_effort[agent]:.3g}", saturated
+        saturated = "" if verdict.max_effort[agent] <= 1.0 else "cut off at 100 %"
+        yield f"torque asked of {agent}, of its limit", f"{100.0 * verdict.max_effort[agent]:.3g} %", saturated
         agent = min(verdict.min_manipulability, key=verdict.min_manipulability.__getitem__)
-        yield f"manipulability of {agent}", f"{verdict.min_manipulability[agent]:.3g}", ""
+        yield f"manipulability of {agent}", f"{verdict.min_manipulability[agent]:.3g}", "(0: singular)"
     yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
 
 

@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
+from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.factored.identities import Row, follow, sorted_row
 from drake_ltl.planning.factored.nearby import Local, Nearby
 from drake_ltl.planning.factored.waves import Step, WaveProduct, least, spread
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Marks
 from drake_ltl.planning.product import accepting_part
+from drake_ltl.planning.rounds import Rounds
 from drake_ltl.planning.search import closed_loop
 
 FIRST_STEP = 1 / 32
@@ -214,6 +216,32 @@ class ClosedLoops:
         if loop.bound < min(loop.weight, limit):
             raise SearchLimitError("too many loops are left near the best ones")
         return loop.weight, part.nodes[loop.nodes].tolist()
+
+
+class LaterLoops(ClosedLoops):
+    """Loops that stay where those with all marks are, but that only later rounds close."""
+
+    def __init__(self, field: Field, automaton: Automaton, by_state: NDArray, width: float):
+        """The automaton that reads the whole run; by_state (Q, P F), the least way to each node; width of waves."""
+        super().__init__(field, np.tile(by_state.min(axis=0), len(by_state)), width)
+        self._automaton, self._by_state = automaton, by_state
+
+    def solve(self, local: Local, limit: float) -> tuple[float, list[int]]:
+        """The cheapest loop; of its nodes the first one says where the automaton begins to read it."""
+        n_states, full = local.system.n_states, self._field.product.automaton.full
+        part = accepting_part(local.product, local.alive, full)
+        by_state = self._by_state[:, local.numbers]
+        prices = np.where(np.isfinite(local.prices.reshape(-1, n_states)).any(axis=0), by_state.min(axis=0), np.inf)
+        letter = self._field.product.letter.reshape(-1)[local.numbers]
+        if not np.isfinite(prices[part.nodes % n_states]).any():
+            return np.inf, []
+        rounds = Rounds(self._automaton, letter, by_state, prices, local.features)
+        loop, bound = rounds.cheapest(Marks(part, full), limit)
+        if bound < (limit if loop is None else loop.weight):
+            raise SearchLimitError("too many loops are left near the best ones")
+        return (
+            (np.inf, []) if loop is None else (loop.weight, [loop.first * n_states + loop.states[0], *loop.states[1:]])
+        )
 
 
 class ReadLoops:

@@ -13,7 +13,7 @@ from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning import search
 from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.factored.identities import Row, exchanged, follow
-from drake_ltl.planning.factored.loops import ClosedLoops, Field, FoundLoop, ReadLoops, find_loop
+from drake_ltl.planning.factored.loops import ClosedLoops, Field, FoundLoop, LaterLoops, ReadLoops, find_loop
 from drake_ltl.planning.factored.moves import Moves, all_moves, usual_weight
 from drake_ltl.planning.factored.states import MergedStates
 from drake_ltl.planning.factored.waves import WaveProduct, spread
@@ -78,7 +78,24 @@ class FactoredSearch:
         settled = self.automaton.never_counts
         firsts = [self._closed_in(field, settled) for field in self._fields]
         best, later = min(firsts, key=lambda first: first.loop.weight), min(first.later for first in firsts)
-        return self._route(best.root, best.loop) if best.loop.weight <= later else self._over_profiles(best, later)
+        if best.loop.weight <= later:
+            return self._route(best.root, best.loop)
+        read_later = self._in_rounds if settled else self._over_profiles
+        try:
+            loop, root = read_later(best.loop, best.root)
+        except SearchLimitError:
+            route = self._route(best.root, best.loop)
+            return Route(route.prefix, route.suffix, False, gap_between(later, best.loop.weight))
+        return self._route(root, loop)
+
+    def _in_rounds(self, loop: FoundLoop, root: int) -> tuple[FoundLoop, int]:
+        """Exact search for a loop that is not closed after one round and better than a known one (`rounds`)."""
+        for field in self._fields:
+            kind = LaterLoops(field, self.automaton, self._by_state, self._width)
+            better = find_loop(kind, loop.weight)
+            if better is not None:
+                loop, root = better, better.root
+        return loop, root
 
     def _closed_in(self, field: Field, settled: bool) -> _First:
         """The cheapest loop that is closed in a product."""
@@ -100,27 +117,23 @@ class FactoredSearch:
         first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (distances == distances.min()))
         return int(first[0]) * self._prefixes.n_system + loop.numbers[0] if len(first) else None
 
-    def _over_profiles(self, best: _First, bound: float) -> Route:
-        """Exact search for a loop that is not closed after one round and better than a known one."""
-        loop, root, n_system = best.loop, best.root, self._prefixes.n_system
+    def _over_profiles(self, loop: FoundLoop, root: int) -> tuple[FoundLoop, int]:
+        """As `_in_rounds`, by the profiles of words, for automata that may count."""
+        n_system = self._prefixes.n_system
         shown = self.letter.reshape(-1)[self._by_state.min(axis=0) < loop.weight]
-        try:
-            profiles = all_profiles(self.automaton, shown, search.MOST_PROFILES)
-            for q, prices in enumerate(self._by_state):
-                later = profiles.closed_later(q) if (prices < loop.weight).any() else None
-                if later is None:
-                    continue
-                reader, final = later
-                if reader.n_states * n_system > MOST_NODES:
-                    raise SearchLimitError(f"a product with {reader.n_states} profiles is too large")
-                kind = ReadLoops(WaveProduct(self._moves, self.letter, reader), final, prices, self._width)
-                better = find_loop(kind, loop.weight)
-                if better is not None:
-                    loop, root = better, q * n_system + better.numbers[0]
-        except SearchLimitError:
-            route = self._route(root, loop)
-            return Route(route.prefix, route.suffix, False, gap_between(bound, loop.weight))
-        return self._route(root, loop)
+        profiles = all_profiles(self.automaton, shown, search.MOST_PROFILES)
+        for q, prices in enumerate(self._by_state):
+            later = profiles.closed_later(q) if (prices < loop.weight).any() else None
+            if later is None:
+                continue
+            reader, final = later
+            if reader.n_states * n_system > MOST_NODES:
+                raise SearchLimitError(f"a product with {reader.n_states} profiles is too large")
+            kind = ReadLoops(WaveProduct(self._moves, self.letter, reader), final, prices, self._width)
+            better = find_loop(kind, loop.weight)
+            if better is not None:
+                loop, root = better, q * n_system + better.numbers[0]
+        return loop, root
 
     def _route(self, root: int, loop: FoundLoop) -> Route:
         """The shortest way to a node, then a loop that begins in the same merged state."""
