@@ -39,6 +39,30 @@ def distances(graph: Graph, offsets: NDArray, limit: float = np.inf) -> tuple[ND
     return (distance[:, :n] - 1.0).reshape(shape), before[:, :n].reshape(shape)
 
 
+def between(
+    graph: Graph, back: Graph, begins: NDArray, ends: NDArray, limit: float
+) -> tuple[Graph, NDArray[np.int64], NDArray[np.int64]]:
+    """What ways from where they begin to where they end can use below a limit.
+
+    Args:
+        graph: n nodes.
+        back: the same with all edges turned round.
+        begins: (n,), offsets of nodes in which ways begin, inf for others.
+        ends: (n,), the same for where they end.
+        limit: of offset + length + offset.
+
+    Returns:
+        The smaller graph, and which nodes and edges of the graph its nodes and edges are, increasing.
+    """
+    begun, home = distances(graph, begins, limit)[0], distances(back, ends, limit)[0]
+    nodes = np.flatnonzero(begun + home < limit)
+    edges = np.flatnonzero(begun[graph.sources] + graph.weights + home[graph.targets] < limit)
+    number = np.full(graph.n_nodes, -1, dtype=np.int32)
+    number[nodes] = np.arange(len(nodes))
+    smaller = Graph.of(len(nodes), number[graph.sources[edges]], number[graph.targets[edges]], graph.weights[edges])
+    return smaller, nodes, edges
+
+
 def single(n: int, node: int) -> NDArray[np.float64]:
     """Offsets (n,) for ways that begin in one node."""
     offsets = np.full(n, np.inf)

@@ -12,9 +12,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_ltl.planning.distances import distances, least
+from drake_ltl.planning.distances import between, distances, least
 from drake_ltl.planning.marks import Marks
 from drake_ltl.planning.product import Graph, Part
+
+MOST_LAYERED_EDGES = 10_000_000
+"""Of the layers that are looked at together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,17 +102,12 @@ class Priced:
     def within(self, roots: NDArray, limit: float) -> tuple[Priced, NDArray[np.int64]]:
         """What loops of less price + weight than a limit can use that begin in some nodes, (R,); and the nodes of
         this part that its nodes are."""
-        graph, n = self.marks.part.graph, len(self.prices)
+        part, n = self.marks.part, len(self.prices)
         prices = least(n, roots, self.prices[roots])
-        begun = distances(graph, prices, limit)[0]
-        home = distances(self.marks.back, least(n, roots, np.zeros(len(roots))), limit)[0]
-        nodes = np.flatnonzero(begun + home < limit)
-        edges = np.flatnonzero(begun[graph.sources] + graph.weights + home[graph.targets] < limit)
-        number = np.full(n, -1, dtype=np.int32)
-        number[nodes] = np.arange(len(nodes))
-        smaller = Graph.of(len(nodes), number[graph.sources[edges]], number[graph.targets[edges]], graph.weights[edges])
-        part = Part(smaller, self.marks.part.marks[edges], self.marks.part.nodes[nodes])
-        return Priced(Marks(part, self.marks.full), prices[nodes]), nodes
+        ends = least(n, roots, np.zeros(len(roots)))
+        graph, nodes, edges = between(part.graph, self.marks.back, prices, ends, limit)
+        smaller = Part(graph, part.marks[edges], part.nodes[nodes])
+        return Priced(Marks(smaller, self.marks.full), prices[nodes]), nodes
 
     def layers(self, limit: float, most_edges: int) -> Layers | None:
         """The layers without what only loops of price + weight `limit` or more can use.

@@ -73,6 +73,13 @@ def accepted(automaton: Automaton, rows: NDArray) -> NDArray[np.bool_]:
     return ((settled < n_states) & automaton.accepts(met))[:, :-1]
 
 
+def nearest_accepted(automaton: Automaton, word: Sequence[int], ways: NDArray) -> int | None:
+    """The state to which the way (Q,) is least, if a word repeated for ever is accepted from there."""
+    good = accepted(automaton, row_of(automaton, word)[None])[0]
+    first = np.flatnonzero(good & (ways == ways.min()))
+    return int(first[0]) if len(first) else None
+
+
 def closed(automaton: Automaton, rows: NDArray) -> NDArray[np.bool_]:
     """(G, Q): whether the word leads each state back to itself with marks that are accepted if they recur."""
     target, met = np.divmod(rows, _n_marks(automaton))

@@ -27,10 +27,10 @@ class Profiles:
     accepted: NDArray[np.bool_]
     """(G, Q): from which states v^omega is accepted if v has the profile; from none for number 0."""
     closed: NDArray[np.bool_]
-    """(G, Q): which states v leads back to themselves with all marks."""
+    """(G, Q): which states v leads back to themselves, with marks that are accepted if they recur."""
 
     def closed_later(self, state: int) -> tuple[Automaton, NDArray[np.bool_]] | None:
-        """The words v with v^omega accepted from a state to which v itself does not lead back with all marks.
+        """The words v with v^omega accepted from a state that v itself does not close in that way.
 
         Returns:
             The least automaton that reads them, and which of its states are final; None if there are none.

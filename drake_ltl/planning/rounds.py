@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton
-from drake_ltl.planning.distances import distances, least
-from drake_ltl.planning.layers import Layers, Priced
-from drake_ltl.planning.loops import Loop, LoopProblem, cheapest_loop
+from drake_ltl.planning.distances import between, least
+from drake_ltl.planning.layers import MOST_LAYERED_EDGES, Layers, Priced
+from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Features, Marks
-from drake_ltl.planning.orbits import accepted, row_of
+from drake_ltl.planning.orbits import nearest_accepted
 from drake_ltl.planning.product import Graph, multiply
 
 MOST_EDGES = 20_000_000
 """Of a level, before it is cut down to what is of use."""
-MOST_LAYERED_EDGES = 10_000_000
 FEW_LAYERED_EDGES = 50_000
 """Not worth a look without marks first."""
 
@@ -105,29 +104,19 @@ class Level:
 
     def within(self, prices: NDArray, limit: float) -> Level:
         """Only what loops of less price (R,) + weight than a limit can use."""
-        graph, n = self.graph, self.graph.n_nodes
-        begun = distances(graph, least(n, self.roots, prices), limit)[0]
-        home = distances(graph.reversed(), least(n, self.goals, np.zeros(len(self.goals))), limit)[0]
-        nodes = np.flatnonzero(begun + home < limit)
-        edges = np.flatnonzero(begun[graph.sources] + graph.weights + home[graph.targets] < limit)
+        n, ends = self.graph.n_nodes, np.zeros(len(self.goals))
+        begins, ends = least(n, self.roots, prices), least(n, self.goals, ends)
+        graph, nodes, _ = between(self.graph, self.graph.reversed(), begins, ends, limit)
         number = np.full(n, -1)
         number[nodes] = np.arange(len(nodes))
-        ends = number[graph.sources[edges]], number[graph.targets[edges]].astype(np.int32)
         roots, goals = number[self.roots], number[self.goals]
         kept = np.flatnonzero((roots >= 0) & (goals >= 0))
-        return Level(
-            Graph.of(len(nodes), *ends, graph.weights[edges]),
-            self.shown[nodes],
-            roots[kept],
-            goals[kept],
-            self.first[kept],
-            self.labels[kept],
-        )
+        return Level(graph, self.shown[nodes], roots[kept], goals[kept], self.first[kept], self.labels[kept])
 
     def cheapest(self, prices: NDArray, limit: float) -> ReadLoop | None:
         """The loop of least price (R,) + weight below a limit."""
         problem = LoopProblem(self.graph, self.roots, self.goals[:, None], prices, self.labels)
-        loop: Loop | None = cheapest_loop(problem, limit)
+        loop = cheapest_loop(problem, limit)
         if loop is None:
             return None
         return ReadLoop(int(self.first[loop.root]), self.shown[list(loop.nodes)].tolist(), loop.weight)
@@ -159,13 +148,15 @@ class Rounds:
             that is too much to search.
         """
         priced = Priced(marks, self.prices[marks.part.nodes % len(self.prices)])
-        priced, _ = priced.within(np.flatnonzero(priced.bounds < limit), limit)
+        roots = np.flatnonzero(priced.bounds < limit)
+        if not len(roots):
+            return None, limit
+        priced, _ = priced.within(roots, limit)
         best, low = None, -np.inf
         try:
             if len(priced.marks.part.marks) * marks.full > FEW_LAYERED_EDGES:
-                relaxed = self._relaxed(
-                    self._next(Level.unmarked(priced, len(self.prices), self.features), limit), limit
-                )
+                level = Level.unmarked(priced, len(self.prices), self.features)
+                relaxed = self._relaxed(self._next(level, limit), limit)
                 if relaxed is None:
                     return None, limit
                 low = relaxed.weight
@@ -198,7 +189,6 @@ class Rounds:
 
     def _nearest(self, loop: ReadLoop) -> ReadLoop | None:
         """The loop read from where the way to its first state is least, if its word is accepted from there."""
-        row = row_of(self.automaton, self.letter[loop.states[1:]].tolist())
-        ways = self.by_state[:, loop.states[0]]
-        first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (ways == ways.min()))
-        return replace(loop, first=int(first[0])) if len(first) else None
+        word = self.letter[loop.states[1:]].tolist()
+        first = nearest_accepted(self.automaton, word, self.by_state[:, loop.states[0]])
+        return None if first is None else replace(loop, first=first)

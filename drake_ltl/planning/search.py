@@ -4,7 +4,7 @@ What counts is the run prefix, suffix, suffix ..: the automaton need not be back
 A loop that is closed in the product too is found by Dijkstra over sets of marks (`layers`). Its price is the way
 to its root: to the root's product node for an upper bound, to its state of TS, whatever the automaton's state, for
 a lower bound if the automaton never counts (`never_counts`). Where the two do not meet, the search goes on among
-the loops that only later rounds close, over profiles: that is exact for every automaton, and slower.
+the loops that only later rounds close (`rounds`), or, for automata that may count, over profiles, which is slower.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.distances import distances, way
-from drake_ltl.planning.layers import Priced
+from drake_ltl.planning.layers import MOST_LAYERED_EDGES, Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Features, Marks
-from drake_ltl.planning.orbits import accepted, row_of
+from drake_ltl.planning.orbits import nearest_accepted
 from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply
 from drake_ltl.planning.profiles import all_profiles
 from drake_ltl.planning.rounds import Rounds
@@ -30,7 +30,6 @@ from drake_ltl.planning.weights import COST_UNIT, lexicographic
 
 MOST_PROFILES = 3000
 MOST_LAYERS = 1024
-MOST_LAYERED_EDGES = 10_000_000
 MOST_EDGES = 20_000_000
 """Graphs with more edges are not formed: some 40 bytes each while they are searched."""
 
@@ -239,14 +238,11 @@ class _Search:
 
     def _accepted_anyhow(self, marks: Marks, loop: ClosedLoop) -> Lasso | None:
         """The lasso of the loop and the shortest way to its first state, if its word is accepted."""
-        return None if loop.weight > loop.bound else self._nearest(self._states(marks, loop))
-
-    def _nearest(self, states: list[int]) -> Lasso | None:
-        """The lasso of a loop of TS and the shortest way to its first state, if its word is accepted."""
-        row = row_of(self.automaton, self.letter[states[1:]].tolist())
-        distances = self.prefixes.by_state()[:, states[0]]
-        first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (distances == distances.min()))
-        return self._lasso(first[0] * self.system.n_states + states[0], states) if len(first) else None
+        if loop.weight > loop.bound:
+            return None
+        states = self._states(marks, loop)
+        q = nearest_accepted(self.automaton, self.letter[states[1:]].tolist(), self.prefixes.by_state()[:, states[0]])
+        return None if q is None else self._lasso(q * self.system.n_states + states[0], states)
 
     def _lasso(self, root: int, states: list[int]) -> Lasso:
         """The shortest way to product node `root`, then a loop that begins in the same state of TS."""

@@ -94,10 +94,9 @@ class _Look:
         best, ticket = LeastLoop([], limit, limit), count()
         low = float(bounds.min())
         queue = [(low, next(ticket), np.flatnonzero(np.isfinite(self.priced.prices)), limit * FIRST_STEP)]
-        failures = 0
-        for _ in range(MOST_LOOKS):
-            if failures > MOST_FAILURES:
-                break
+        looks = failures = 0
+        while looks < MOST_LOOKS and failures <= MOST_FAILURES:
+            looks += 1
             if not queue or queue[0][0] >= best.weight:
                 return LeastLoop(best.nodes, best.weight, best.weight)
             low, _, roots, step = heapq.heappop(queue)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from drake_ltl.planning import models, rounds
+from drake_ltl.planning.acceptance import Clause
+from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.fits import published_fits
+from drake_ltl.planning.marks import Marks
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.planner import plan
+from drake_ltl.planning.product import Graph, Part
 
 START = State(("pi1", "pi3", "pi4"), ("pi2", "pi1"), (None,) * 3)
 SPECS = {
@@ -43,3 +48,19 @@ def test_looking_without_marks_first_changes_nothing(mission, few, monkeypatch):
     monkeypatch.setattr(rounds, "FEW_LAYERED_EDGES", few)
     found = plan(mission, START, published_fits(mission.fits))
     assert (found.status, found.cost, len(found.moves)) == (best.status, best.cost, len(best.moves))
+
+
+def test_below_every_bound_there_is_no_loop():
+    """A part of one node, whose loop weighs 5 at a price of 2."""
+    one, clause = np.zeros((1, 1), dtype=np.int64), Clause(frozenset({0}), frozenset())
+    graph = Graph.of(1, np.array([0]), np.array([0], dtype=np.int32), np.array([5.0]))
+    marks = Marks(Part(graph, np.ones(1, dtype=np.int64), np.array([0])), 1)
+    searched = rounds.Rounds(
+        Automaton(0, one, one + 1, (clause,)),
+        one[0],
+        np.full((1, 1), 2.0),
+        np.array([2.0]),
+        lambda nodes: nodes[:, None],
+    )
+    for limit in (3.0, 7.0, 100.0):
+        assert searched.cheapest(marks, limit) == (None, limit)

@@ -36,7 +36,7 @@ class _Diary:
     """Where everybody is and what it grasps, at each time so far."""
 
     def __init__(self, problem: Problem, routes: Routes, agenda: Agenda, together: bool):
-        self._problem, self._routes, self._agenda, self._together = problem, routes, agenda, together
+        self._problem, self._routes, self._together = problem, routes, together
         n, start, names = problem.n_agents, problem.start, problem.scenario.object_names
         self._agents = [[k] for k in problem.starts[:n]]
         """[i][t]: agent i's region."""

@@ -18,7 +18,7 @@ from drake_ltl.planning.factored.moves import Moves, all_moves, usual_weight
 from drake_ltl.planning.factored.states import MergedStates
 from drake_ltl.planning.factored.waves import WaveProduct, spread
 from drake_ltl.planning.factors import way_costs
-from drake_ltl.planning.orbits import accepted, row_of
+from drake_ltl.planning.orbits import nearest_accepted
 from drake_ltl.planning.power import CanCarry
 from drake_ltl.planning.profiles import all_profiles
 from drake_ltl.planning.search import gap_between
@@ -112,10 +112,9 @@ class FactoredSearch:
 
     def _accepted_root(self, loop: FoundLoop) -> int | None:
         """Where the nearest way to the loop's first state ends, if the loop's word is accepted from there."""
-        row = row_of(self.automaton, self.letter.reshape(-1)[loop.numbers[1:]].tolist())
-        distances = self._by_state[:, loop.numbers[0]]
-        first = np.flatnonzero(accepted(self.automaton, row[None])[0] & (distances == distances.min()))
-        return int(first[0]) * self._prefixes.n_system + loop.numbers[0] if len(first) else None
+        word, first = self.letter.reshape(-1)[loop.numbers[1:]].tolist(), loop.numbers[0]
+        q = nearest_accepted(self.automaton, word, self._by_state[:, first])
+        return None if q is None else q * self._prefixes.n_system + first
 
     def _over_profiles(self, loop: FoundLoop, root: int) -> tuple[FoundLoop, int]:
         """As `_in_rounds`, by the profiles of words, for automata that may count."""
