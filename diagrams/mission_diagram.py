@@ -10,7 +10,7 @@ from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.separate_controllers import AddSeparateControllers
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
 from drake_ltl.multibody.measure import MeasuredModels
@@ -58,6 +58,7 @@ def MakeMissionDiagram(
     meshcat: Meshcat | None = None,
     builder: DiagramBuilder | None = None,
     separate_controllers: bool = False,
+    own_controllers: Mapping[str, LeafSystem] | None = None,
 ) -> MissionDiagram:
     """Assembles the diagram that carries out the mission's first `num_steps` steps and then holds.
 
@@ -67,6 +68,11 @@ def MakeMissionDiagram(
         separate_controllers: one system for each control law, agent and object, with switches among them, for those
             who want to see them or put another in place of one; a run takes twice as long. By default one system has
             all laws, to the same effect but for rounding.
+        own_controllers: systems that take the place of separate controllers, by the names of these
+            (`transition_<agent>`, `hold_<agent>`, `reach_<agent>`, `transport_<object>`), with the same ports.
+
+    Raises:
+        InvalidInputError: there is no controller of such a name, or a port is missing or of another size.
     """
     builder = DiagramBuilder() if builder is None else builder
     # Sampled: else the supervisor would see states one step before those in the log, and recorded intervals would not
@@ -79,8 +85,11 @@ def MakeMissionDiagram(
     for name, instance in (transport_plant.agents | transport_plant.objects).items():
         state = transport_plant.plant.get_state_output_port(instance)
         builder.Connect(state, supervisor.get_state_input_port(name))
-    add = AddSeparateControllers if separate_controllers else _add_controller
-    controls = add(builder, program, scenario, models, transport_plant, supervisor)
+    parts = (builder, program, scenario, models, transport_plant, supervisor)
+    if separate_controllers or own_controllers:
+        controls = AddSeparateControllers(*parts, own_controllers)
+    else:
+        controls = _add_controller(*parts)
     _drive(builder, transport_plant, controls)
     if meshcat is not None:
         AddMissionVisualizer(

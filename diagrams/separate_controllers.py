@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from drake_ltl.diagrams.transport_plant import TransportPlant
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, InputPort, LeafSystem, OutputPort, System
 from pydrake.systems.primitives import Multiplexer, PortSwitch
 
+from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.hold_controller import HoldController
@@ -27,11 +28,19 @@ def AddSeparateControllers(
     models: MeasuredModels,
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
+    own_controllers: Mapping[str, LeafSystem] | None = None,
 ) -> OutputPort:
     """Adds navigation field, controllers and switches.
 
+    Args:
+        own_controllers: systems that take the place of the controllers of these names, and have the same ports.
+
     Returns the torques of all agents' joints, stacked, then V (sum n_i + 1,).
+
+    Raises:
+        InvalidInputError: there is no controller of such a name, or a port is missing or of another size.
     """
+    chosen = _Choice(own_controllers or {}, scenario)
     plant = transport_plant.plant
     field = builder.AddSystem(NavigationField(program, scenario, models))
     for name, instance in (transport_plant.agents | transport_plant.objects).items():
@@ -39,13 +48,13 @@ def AddSeparateControllers(
     builder.Connect(supervisor.get_step_output_port(), field.get_step_input_port())
     builder.Connect(supervisor.get_anchor_output_port(), field.get_anchor_input_port())
     transports = {
-        name: _add_transport(builder, name, scenario, models, transport_plant, supervisor, field)
+        name: _add_transport(builder, name, scenario, models, transport_plant, supervisor, field, chosen)
         for name in transport_plant.objects
     }
     stack = builder.AddSystem(Multiplexer([*(model.n for model in models.agents.values()), 1]))
     stack.set_name("controls")
     for index, agent in enumerate(transport_plant.agents):
-        torque = _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports)
+        torque = _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports, chosen)
         builder.Connect(torque, stack.get_input_port(index))
     builder.Connect(field.get_lyapunov_output_port(), stack.get_input_port(len(models.agents)))
     return stack.get_output_port()
@@ -59,22 +68,21 @@ def _add_transport(
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
     field: NavigationField,
-) -> TransportController:
+    chosen: _Choice,
+) -> System:
     settings = scenario.controller
     damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
-    controller = builder.AddSystem(
-        TransportController(models.objects[name], models.agents, damping, settings.speed_limit)
-    )
+    usual = TransportController(models.objects[name], models.agents, damping, settings.speed_limit)
+    controller = builder.AddSystem(chosen(usual))
     plant = transport_plant.plant
-    builder.Connect(
-        plant.get_state_output_port(transport_plant.objects[name]), controller.get_object_state_input_port()
-    )
-    builder.Connect(field.get_gradient_output_port(name), controller.get_gradient_input_port())
-    builder.Connect(supervisor.get_shares_output_port(name), controller.get_shares_input_port())
+    port = controller.GetInputPort  # by name: a user's system has no accessors of ours
+    builder.Connect(plant.get_state_output_port(transport_plant.objects[name]), port(f"state_{name}"))
+    builder.Connect(field.get_gradient_output_port(name), port("gradient"))
+    builder.Connect(supervisor.get_shares_output_port(name), port("shares"))
     for agent, instance in transport_plant.agents.items():
-        builder.Connect(plant.get_state_output_port(instance), controller.get_agent_state_input_port(agent))
+        builder.Connect(plant.get_state_output_port(instance), port(f"state_{agent}"))
         if models.agents[agent].is_redundant:
-            builder.Connect(supervisor.get_anchor_output_port(agent), controller.get_anchor_input_port(agent))
+            builder.Connect(supervisor.get_anchor_output_port(agent), port(f"anchor_{agent}"))
     return controller
 
 
@@ -86,7 +94,8 @@ def _add_agent(
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
     field: NavigationField,
-    transports: Mapping[str, TransportController],
+    transports: Mapping[str, System],
+    chosen: _Choice,
 ) -> OutputPort:
     """The agent's own controllers and the switch that selects among them, in the order of signals.Mode.
 
@@ -96,22 +105,67 @@ def _add_agent(
     state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
     damping = model.damping(settings.base_damping, settings.arm_damping)
 
-    hold = builder.AddSystem(HoldController(model))
-    builder.Connect(supervisor.get_hold_output_port(agent), hold.get_hold_input_port())
-    transition = builder.AddSystem(TransitionController(model, damping, settings.speed_limit))
-    builder.Connect(field.get_gradient_output_port(agent), transition.get_gradient_input_port())
-    reach = builder.AddSystem(ReachController(model))
-    builder.Connect(supervisor.get_reach_output_port(agent), reach.get_reach_input_port())
+    hold = builder.AddSystem(chosen(HoldController(model)))
+    builder.Connect(supervisor.get_hold_output_port(agent), hold.GetInputPort("hold"))
+    transition = builder.AddSystem(chosen(TransitionController(model, damping, settings.speed_limit)))
+    builder.Connect(field.get_gradient_output_port(agent), transition.GetInputPort("gradient"))
+    reach = builder.AddSystem(chosen(ReachController(model)))
+    builder.Connect(supervisor.get_reach_output_port(agent), reach.GetInputPort("reach"))
     builder.Connect(supervisor.get_reach_output_port(agent), field.get_reach_input_port(agent))
     for controller in (hold, transition, reach):
-        builder.Connect(state, controller.get_state_input_port())
+        builder.Connect(state, controller.GetInputPort("state"))
 
     switch = builder.AddSystem(PortSwitch(model.n))
     switch.set_name(f"switch_{agent}")
     builder.Connect(supervisor.get_mode_output_port(agent), switch.get_port_selector_input_port())
-    for controller in (hold, transition, reach):
-        port = switch.DeclareInputPort(controller.get_name().removesuffix(f"_{agent}"))
-        builder.Connect(controller.get_torque_output_port(), port)
+    for name, controller in (("hold", hold), ("transition", transition), ("reach", reach)):
+        builder.Connect(controller.GetOutputPort("torque"), switch.DeclareInputPort(name))
     for obj, transport in transports.items():
-        builder.Connect(transport.get_torque_output_port(agent), switch.DeclareInputPort(f"transport_{obj}"))
+        builder.Connect(transport.GetOutputPort(f"torque_{agent}"), switch.DeclareInputPort(f"transport_{obj}"))
     return switch.get_output_port()
+
+
+class _Choice:
+    """A user's controller where there is one of that name, else the usual one."""
+
+    def __init__(self, own: Mapping[str, LeafSystem], scenario: Scenario):
+        self._own = own
+        known = [f"{law}_{agent}" for agent in scenario.agent_names for law in ("hold", "transition", "reach")]
+        known += [f"transport_{obj}" for obj in scenario.object_names]
+        unknown = [name for name in own if name not in known]
+        if unknown:
+            remedy = f"write one of {', '.join(known)}"
+            raise InvalidInputError(
+                [Mistake(f"own_controllers[{n!r}]", "no controller has it", remedy) for n in unknown]
+            )
+
+    def __call__(self, usual: System) -> System:
+        name = usual.get_name()
+        if name not in self._own:
+            return usual
+        own = self._own[name]
+        mistakes = [*_port_mistakes(name, own, usual, "input"), *_port_mistakes(name, own, usual, "output")]
+        if mistakes:
+            raise InvalidInputError(mistakes)
+        own.set_name(name)
+        return own
+
+
+def _port_mistakes(name: str, own: System, usual: System, kind: str) -> list[Mistake]:
+    """Each port that the usual controller has and this one lacks, or has in another size."""
+    wanted, found = _sizes(usual, kind), _sizes(own, kind)
+    return [
+        Mistake(
+            f"own_controllers[{name!r}]",
+            f"its {kind} ports are {found or 'none'}",
+            f"declare a vector {kind} port {port!r} of size {size}",
+        )
+        for port, size in wanted.items()
+        if found.get(port) != size
+    ]
+
+
+def _sizes(system: System, kind: str) -> dict[str, int]:
+    count: int = getattr(system, f"num_{kind}_ports")()
+    get: Callable[[int], InputPort | OutputPort] = getattr(system, f"get_{kind}_port")
+    return {get(i).get_name(): get(i).size() for i in range(count)}

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pydot
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Context, Diagram, LeafSystem
 
 from drake_ltl.diagrams import MakeMissionDiagram, MissionDiagram
 from drake_ltl.errors import MissingDependencyError, naming_file
@@ -55,6 +55,7 @@ def simulate(
     page: Path | None = None,
     graphviz: Path | None = None,
     disturb: Callable[[MissionDiagram, Context], None] | None = None,
+    own_controllers: Mapping[str, LeafSystem] | None = None,
     report: Callable[[RunProgress], None] | None = None,
     announce: Callable[[str], None] = print,
 ) -> Run:
@@ -65,6 +66,7 @@ def simulate(
         page: write a page here that replays the run.
         graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
         disturb: changes the context in which the run starts, which controllers know nothing of (masses, for instance).
+        own_controllers: systems in place of some controllers: see `drake_ltl.diagrams.MakeMissionDiagram`.
         report: told of the progress once per simulated second.
 
     Raises:
@@ -72,7 +74,9 @@ def simulate(
     """
     steps = num_steps(mission, suffix_rounds)
     meshcat = MakeMeshcat() if live or page is not None else None
-    diagram = MakeMissionDiagram(mission, scenario, models, num_steps=steps, meshcat=meshcat)
+    diagram = MakeMissionDiagram(
+        mission, scenario, models, num_steps=steps, meshcat=meshcat, own_controllers=own_controllers
+    )
     check_fields(diagram.program, scenario, models)
     if graphviz is not None:
         write_graphviz(diagram.diagram, graphviz)
