@@ -67,6 +67,10 @@ def _is_count(value: Any) -> bool:
     return isinstance(value, int) and _is_number(value)
 
 
+def _is_seed(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**63
+
+
 def _are_texts(value: Any) -> bool:
     return isinstance(value, (list, tuple)) and all(map(_is_text, value))
 
@@ -115,6 +119,8 @@ _HEADER = {
     "suffix_length": (_is_count, "a whole number"),
     "completed": (_is_flag, "true or false"),
     "reason": (_is_text, "a text"),
+    "seed": (_is_seed, "a whole number"),
+    "lacks": (_are_texts, "a list of names"),
 }
 _STEP = {
     "number": (_is_count, "a whole number"),

@@ -33,6 +33,7 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
     return Recording(
         scenario=mission.scenario.source,
         versions=_versions(),
+        seed=mission.scenario.seed,
         agents=agents,
         objects=tuple(pose),
         agent_radius=dict(geometry.agent_radius),

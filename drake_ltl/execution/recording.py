@@ -1,7 +1,8 @@
 """What a run leaves behind: everything a verdict needs, as plain arrays in one file.
 
 The file is a NumPy archive (.npz, readable from any language with a zip and a simple header) with one JSON header:
-an open format that needs no library beyond numpy, and bytes that depend on the run alone. Version 2.
+an open format that needs no library beyond numpy, and bytes that depend on the run alone. Its version is 3; files of
+older ones are read too (`recording_versions`).
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ import numpy as np
 
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.damage import array_damage, header_damage
+from drake_ltl.execution.recording_versions import VERSION, brought_up
+from drake_ltl.scenario.table import shown
 
 FORMAT = "drake_ltl recording"
-VERSION = 2
 NOTHING = -1
 """In `grasp`: holds no object."""
 
@@ -105,6 +107,10 @@ class Recording:
     gives no more than 1."""
     manipulability: np.ndarray
     """(T, N) w = sqrt(det J J^T) of each agent, of fewer than 6 joints sqrt(det J^T J); 0 at singularities."""
+    seed: int = 0
+    """The scenario's."""
+    lacks: tuple[str, ...] = ()
+    """Fields that the file's older version did not have: arrays are 0 here, and `intervals` are empty."""
 
     @property
     def object_origin(self) -> dict[str, np.ndarray]:
@@ -136,7 +142,7 @@ class Recording:
         """Reads a file written by `save`.
 
         Raises:
-            InvalidInputError: it is not there, not a recording of this version, or has parts of the wrong kinds.
+            InvalidInputError: it is not there, no recording, of a newer version, or has parts of the wrong kinds.
         """
         try:
             with open(path, "rb") as file:
@@ -146,6 +152,7 @@ class Recording:
         except OSError as error:
             raise _mistake(path, error.strerror or "cannot be read", "name a recording") from error
         try:
+            header, arrays = brought_up(header, arrays)
             recording = _from_parts(header, arrays)
             damage = [*header_damage(header), *array_damage(arrays)]
         except KeyError as error:
@@ -168,7 +175,7 @@ def _check_kind(path: Path | str, first: bytes) -> None:
 
 
 def _read(path: Path | str, file: BinaryIO) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Header and arrays of an archive that is a recording of this version."""
+    """Header and arrays of an archive that is a recording, of this version or an older one."""
     try:
         with np.load(file, allow_pickle=False) as archive:
             arrays = dict(archive) if "header" in archive else {}
@@ -182,13 +189,10 @@ def _read(path: Path | str, file: BinaryIO) -> tuple[dict[str, Any], dict[str, n
     if not is_recording:
         raise _mistake(path, "is not a recording but another archive", "name one that `simulate` wrote")
     version = header.get("version")
-    if not isinstance(version, int):
+    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
         raise _mistake(path, "is a damaged recording: it has no version", _ANEW)
-    if version < VERSION:
-        what = f"is a recording of the older version {version}, and this release reads version {VERSION}"
-        raise _mistake(path, what, _ANEW)
     if version > VERSION:
-        what = f"is a recording of the newer version {version}, and this release reads version {VERSION}"
+        what = f"is a recording of the newer version {shown(version)}, and this release reads up to version {VERSION}"
         raise _mistake(path, what, "use the release of drake_ltl that made it")
     return header, arrays
 
@@ -205,6 +209,8 @@ _HEADER_FIELDS = (
     "suffix_length",
     "completed",
     "reason",
+    "seed",
+    "lacks",
 )
 _ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "lyapunov", "effort", "manipulability")
 _RECORD_FIELDS = ("steps", "intervals")
@@ -212,7 +218,7 @@ _GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
 
 
 def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recording:
-    header["agents"], header["objects"] = tuple(header["agents"]), tuple(header["objects"])
+    lists = {field: tuple(header[field]) for field in ("agents", "objects", "lacks")}
     steps = tuple(StepRecord(**{**step, "actions": tuple(step["actions"])}) for step in header["steps"])
     intervals = tuple(_interval(interval) for interval in header["intervals"])
     names = {"q": "agents", "qd": "agents", "centre": "agents", "pose": "objects", "velocity": "objects"}
@@ -221,7 +227,7 @@ def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Record
     if any(len(array) != samples for array in arrays.values()):
         raise ValueError("arrays of different lengths")
     fields = {field: header[field] for field in _HEADER_FIELDS} | {field: arrays[field] for field in _ARRAY_FIELDS}
-    return Recording(steps=steps, intervals=intervals, **fields, **groups)
+    return Recording(steps=steps, intervals=intervals, **(fields | lists), **groups)
 
 
 def _interval(data: dict[str, Any]) -> IntervalRecord:

@@ -27,6 +27,7 @@ def make(samples: int = 5) -> Recording:
     return Recording(
         scenario="name: made\n# µ",
         versions={"drake": "1.0"},
+        seed=7,
         agents=("a1", "a2"),
         objects=("o1",),
         agent_radius={"a1": 1.25, "a2": 1.3},
@@ -121,7 +122,8 @@ def test_the_format_needs_no_library(tmp_path):
         header = json.loads(archive["header"].tobytes())
         assert archive["q/a2"].shape == (5, 6)
     assert header["format"] == "drake_ltl recording"
-    assert header["version"] == 2
+    assert header["version"] == 3
+    assert header["seed"] == 7
     assert header["steps"][0]["actions"][0]["kind"] == "travel"
 
 
@@ -196,8 +198,9 @@ PARTS = "is a damaged recording: its parts do not fit together"
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"version": 1}, "of the older version 1, and this release reads version 2"),
-        ({"version": 3}, "of the newer version 3, and this release reads version 2"),
+        ({"version": 4}, "of the newer version 4, and this release reads up to version 3"),
+        ({"version": 0}, "is a damaged recording: it has no version"),
+        ({"version": True}, "is a damaged recording: it has no version"),
         ({"version": None}, "is a damaged recording: it has no version"),
         ({"version": ...}, "is a damaged recording: it has no version"),
         ({"format": "another"}, OTHER_ARCHIVE),
@@ -247,6 +250,8 @@ KINDS = {
     "suffix_length": INTEGER,
     "completed": ["no", 1, None],
     "reason": [5, None],
+    "seed": [None, "7", -1, 1.0, True, 2**63],
+    "lacks": [None, "effort", [5]],
     "steps.0.number": INTEGER,
     "steps.0.actions": ["x", {}, [5], [None], [{}]],
     "steps.0.start": NUMBER,

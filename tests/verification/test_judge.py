@@ -632,3 +632,14 @@ def test_drives_through_what_it_grasps(recording):
     violation = only(verify(recording), "clearance")
     assert violation.who == ("a1", "o1")
     assert "nearer to o1 than where it holds it" in violation.what
+
+
+def test_recordings_of_older_versions(recording):
+    """The second version began without torques and manipulabilities; the first did not say what V is a function of."""
+    verdict = verify(dataclasses.replace(recording, lacks=("effort", "manipulability")))
+    assert verdict.satisfied
+    assert verdict.max_effort == verdict.min_manipulability == {}
+    oldest = dataclasses.replace(recording, intervals=(), lacks=("intervals", "effort", "manipulability"))
+    assert "too old" in only(verify(oldest), "data").what
+    oldest.lyapunov[during(TRAVEL)] += 50.0
+    assert kinds(verify(oldest)) == {"data", "lyapunov"}

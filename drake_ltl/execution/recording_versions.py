@@ -1,0 +1,61 @@
+"""Recordings of older versions, brought to today's: what they do not hold is named in `lacks`, and filled in.
+
+version 1   the first: gaps of welds in place of what moved under each navigation function
+version 2   without gaps (they are worked out of the motion), with `intervals`; later ones with `effort` and
+            `manipulability`
+version 3   with `seed` and `lacks`
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from drake_ltl.errors import InvalidInputError
+from drake_ltl.scenario import yaml_text
+
+VERSION = 3
+
+Parts = tuple[dict[str, Any], dict[str, np.ndarray]]
+"""Header and arrays of a file."""
+
+
+def brought_up(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Parts:
+    """Header and arrays as a file of today's version has them. Those given are left as they are.
+
+    Raises:
+        KeyError: something is missing that its version has.
+    """
+    header, arrays = {"lacks": [], **header}, dict(arrays)
+    for version in range(header["version"], VERSION):
+        _STEPS[version](header, arrays)
+    return header | {"version": VERSION}, arrays
+
+
+def _from_1(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    del arrays["weld_gap"], arrays["weld_angle"]
+    header["intervals"] = []
+    header["lacks"] = [*header["lacks"], "intervals"]
+
+
+def _from_2(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    header["seed"] = _seed(header["scenario"])
+    for name in ("effort", "manipulability"):
+        if name not in arrays:
+            arrays[name] = np.zeros((len(arrays["time"]), len(header["agents"])))
+            header["lacks"] = [*header["lacks"], name]
+
+
+def _seed(scenario: str) -> int:
+    """What the scenario's text says; 0, as there, if it says nothing."""
+    try:
+        data = yaml_text.parse(scenario, "the recording's scenario")
+    except InvalidInputError:  # whoever reads the scenario says what is wrong
+        return 0
+    seed = data.get("seed", 0) if isinstance(data, dict) else 0
+    return seed if isinstance(seed, int) and 0 <= seed < 2**63 else 0
+
+
+_STEPS: dict[int, Callable[[dict[str, Any], dict[str, np.ndarray]], None]] = {1: _from_1, 2: _from_2}
