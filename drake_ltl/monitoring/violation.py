@@ -9,7 +9,7 @@ from drake_ltl.verification.violations import quantity
 
 @dataclass(frozen=True)
 class Violation:
-    """One thing that did not hold when a monitor looked. Printed as one line; plain data, so that recordings have it."""
+    """One thing that did not hold when a monitor looked: plain data, printed as one line."""
 
     monitor: str
     """Name of the monitor, such as `clearance` or `weld`."""
@@ -39,3 +39,14 @@ class Violation:
             return text
         text += f": {quantity(self.value, self.unit)}"
         return text if self.limit is None else f"{text} (limit {quantity(self.limit, self.unit)})"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a rule finds wrong, without who looked and when: see the same fields of Violation."""
+
+    who: tuple[str, ...]
+    what: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""

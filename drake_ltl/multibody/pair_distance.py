@@ -32,16 +32,16 @@ class PairDistance:
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
         self._agent = AddAgentModel(self._plant, agent)
-        self._other = _add(self._plant, other)
+        self._other = add_member(self._plant, other)
         self._plant.Finalize()
         self._is_object = isinstance(other, ObjectModel)
-        own, others = (_geometries(self._plant, instance) for instance in (self._agent, self._other))
+        own, others = (geometries_of(self._plant, instance) for instance in (self._agent, self._other))
         declaration = CollisionFilterDeclaration()
         declaration.ExcludeWithin(GeometrySet(own)).ExcludeWithin(GeometrySet(others))
         if self._is_object:
             inspector = scene_graph.model_inspector()
             handles = [g for g in others if inspector.GetName(g).split("::")[-1].startswith(HANDLE_PREFIX)]
-            declaration.ExcludeBetween(GeometrySet(_gripper(self._plant, self._agent)), GeometrySet(handles))
+            declaration.ExcludeBetween(GeometrySet(gripper_of(self._plant, self._agent)), GeometrySet(handles))
         scene_graph.collision_filter_manager().Apply(declaration)
         self._diagram = builder.Build()  # owns the plant
         self._context = self._diagram.CreateDefaultContext()
@@ -67,7 +67,7 @@ class PairDistance:
         return min((pair.distance for pair in pairs), default=FAR)
 
 
-def _add(plant: MultibodyPlant, member: Agent | ObjectModel) -> ModelInstanceIndex:
+def add_member(plant: MultibodyPlant, member: Agent | ObjectModel) -> ModelInstanceIndex:
     """Of an object its collision geometry is enough: its file may be long."""
     if isinstance(member, Agent):
         return AddAgentModel(plant, member)
@@ -78,11 +78,12 @@ def _add(plant: MultibodyPlant, member: Agent | ObjectModel) -> ModelInstanceInd
     return instance
 
 
-def _geometries(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Sequence[GeometryId]:
+def geometries_of(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Sequence[GeometryId]:
+    """All collision geometries of a member."""
     bodies = map(plant.get_body, plant.GetBodyIndices(instance))
     return [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
 
 
-def _gripper(plant: MultibodyPlant, agent: ModelInstanceIndex) -> Sequence[GeometryId]:
+def gripper_of(plant: MultibodyPlant, agent: ModelInstanceIndex) -> Sequence[GeometryId]:
     """Of the end effector's link."""
     return plant.GetCollisionGeometriesForBody(plant.GetFrameByName(GRASP_FRAME, agent).body())

@@ -1,0 +1,171 @@
+"""Puts the monitors into a mission's diagram. Nothing takes anything from them: without them a run is the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+from drake_ltl.diagrams.transport_plant import TransportPlant
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from drake_ltl.errors import SearchLimitError
+from drake_ltl.monitoring.duties import Members, duties, expected_start, regions_of
+from drake_ltl.monitoring.prefixes import prefixes
+from drake_ltl.monitoring.spheres import apart, arrived, forbidden, staying, workspace
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.planning.plan_json import action_to_json
+from drake_ltl.scenario.formulas import labels, offers
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.monitors.body_monitors import GeometryMonitor, WeldMonitor
+from drake_ltl.systems.monitors.control_monitors import LyapunovMonitor, TorqueMonitor
+from drake_ltl.systems.monitors.member_centres import MemberCentres, anchored_centres
+from drake_ltl.systems.monitors.mission_monitor import Look, MissionMonitor
+from drake_ltl.systems.monitors.sphere_monitor import RegionMonitor, SphereMonitor
+from drake_ltl.systems.monitors.word_monitor import Watched, WordMonitor
+from drake_ltl.systems.plan_supervisor import PlanSupervisor
+from drake_ltl.systems.program import MissionProgram, start_configuration
+from drake_ltl.systems.state_places import StatePlaces
+
+PERIODS = {
+    "clearance": 0.05,
+    "forbidden_region": 0.1,
+    "workspace": 0.1,
+    "region": 0.1,
+    "geometry": 0.1,
+    "lyapunov": 0.05,
+    "torque": 0.05,
+    "weld": 0.1,
+    "word": 0.1,
+}
+"""Time between two looks of each monitor [s]. At 2 m/s a body moves by 10 cm between two looks at clearances: spheres
+of some 1 m then come at most 1 mm nearer to each other than at both of them."""
+
+
+def AddMonitors(
+    builder: DiagramBuilder,
+    *,
+    transport_plant: TransportPlant,
+    supervisor: PlanSupervisor,
+    controls: OutputPort,
+    program: MissionProgram,
+    scenario: Scenario,
+    models: MeasuredModels,
+) -> dict[str, MissionMonitor]:
+    """Adds all monitors, by name.
+
+    Args:
+        controls: torques of all agents' joints, stacked, then V.
+    """
+    plant = transport_plant.plant
+    places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
+    centres = builder.AddSystem(MemberCentres(places, models))
+    builder.Connect(plant.get_state_output_port(), centres.get_state_input_port())
+    made = [
+        *_sphere_monitors(program, scenario, models),
+        LyapunovMonitor("lyapunov", PERIODS["lyapunov"], program, sum(places.sizes)),
+        TorqueMonitor("torque", PERIODS["torque"], program, *_motors(models)),
+        WeldMonitor("weld", PERIODS["weld"], program, places, models, scenario.tolerances),
+        GeometryMonitor("geometry", PERIODS["geometry"], program, places, models, scenario.agents),
+    ]
+    signals = {
+        "centres": centres.get_centres_output_port(),
+        "controls": controls,
+        "state": plant.get_state_output_port(),
+    }
+    for monitor in made:
+        builder.AddSystem(monitor)
+        signal = monitor.get_signal_input_port()
+        builder.Connect(signals[signal.get_name()], signal)
+        builder.Connect(supervisor.get_progress_output_port(), monitor.get_progress_input_port())
+    return {monitor.kind: monitor for monitor in made}
+
+
+def _sphere_monitors(program: MissionProgram, scenario: Scenario, models: MeasuredModels) -> list[MissionMonitor]:
+    """All that look at centres of spheres."""
+    geometry = models.geometry
+    members = Members(
+        scenario.agent_names,
+        scenario.object_names,
+        dict(geometry.agent_radius),
+        dict(geometry.object_radius),
+        dict(geometry.team_radius),
+    )
+    start = expected_start(members, scenario, _start_centres(program, models))
+    todo = duties(start, [[action_to_json(action) for action in step.actions] for step in program.steps])
+    size = 3 * len(members.names)
+    rules = {
+        "clearance": partial(apart, members=members),
+        "forbidden_region": partial(forbidden, members=members, scenario=scenario),
+        "workspace": partial(workspace, members=members, scenario=scenario),
+    }
+    end_centres = _end_centres(models)
+    watched, unwatched = _watched(scenario)
+    return [
+        *(SphereMonitor(name, PERIODS[name], program, todo, size, rule) for name, rule in rules.items()),
+        RegionMonitor(
+            "region",
+            PERIODS["region"],
+            program,
+            todo,
+            size,
+            staying=partial(staying, members=members, scenario=scenario),
+            arrived=partial(arrived, members=members, scenario=scenario),
+            end_centres=end_centres,
+        ),
+        WordMonitor(
+            "word",
+            PERIODS["word"],
+            program,
+            size,
+            watched=watched,
+            end_centres=end_centres,
+            regions=partial(regions_of, members, scenario),
+            unwatched=unwatched,
+        ),
+    ]
+
+
+def _start_centres(program: MissionProgram, models: MeasuredModels) -> np.ndarray:
+    """(N + M, 3) [m] in W, as bodies are placed at the start."""
+    layout = program.mission.steps[0].before
+    q = {name: start_configuration(stand, name, models) for name, stand in layout.agents.items()}
+    centres = [model.centre(q[name]) for name, model in models.agents.items()]
+    return np.array([*centres, *(layout.objects[name] for name in models.objects)])
+
+
+def _end_centres(models: MeasuredModels) -> Callable[[Look], np.ndarray]:
+    """Centres when the last step ended: the supervisor's anchor is of that very instant, until another interval of the
+    step begins. When all is done nothing moves any more, and now will do."""
+    return lambda look: (
+        look.signal if look.done or look.progress.interval else anchored_centres(models, look.progress.anchor)
+    )
+
+
+def _motors(models: MeasuredModels) -> tuple[list[tuple[str, str]], np.ndarray]:
+    """(agent, joint) of each torque, and what their motors give."""
+    joints = [(name, joint) for name, model in models.agents.items() for joint in model.joint_names]
+    return joints, np.concatenate([model.effort_limits for model in models.agents.values()])
+
+
+def _watched(scenario: Scenario) -> tuple[tuple[Watched, ...], dict[str, str]]:
+    """Each formula with its monitors, and those formulas whose monitors are too large, with the reason."""
+
+    def own(member: str, regions: Mapping[str, str | None]) -> frozenset[str]:
+        region = regions[member]
+        return frozenset() if region is None else frozenset(offers(scenario.services, member, region))
+
+    def everybody(regions: Mapping[str, str | None]) -> frozenset[str]:
+        shown = [labels(scenario, member, region) for member, region in regions.items() if region is not None]
+        return frozenset().union(*shown)
+
+    formulas = [
+        (member.name, member.spec, partial(own, member.name)) for member in (*scenario.agents, *scenario.objects)
+    ]
+    watched, unwatched = [], {}
+    for name, formula, letter in (*formulas, ("", scenario.spec, everybody)):
+        try:
+            watched.append(Watched(name, formula, prefixes(formula), letter))
+        except SearchLimitError as error:
+            unwatched[f"{name}: {formula}" if name else formula] = str(error)
+    return tuple(watched), unwatched
