@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
+from drake_ltl.api import planning_geometry, planning_problem
 from drake_ltl.cli.outcome import console, file_path, working
-from drake_ltl.cli.plan import PLAN_TIME_HELP, planned, planning_geometry, planning_problem, seconds
+from drake_ltl.cli.plan import PLAN_TIME_HELP, planned, seconds
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import DrakeLtlError, InfeasibleError, SearchLimitError
 from drake_ltl.scenario import load

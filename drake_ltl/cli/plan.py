@@ -12,22 +12,19 @@ from typing import Any
 
 from rich.console import Console
 
+from drake_ltl.api import planning_geometry, planning_problem
 from drake_ltl.cli.guard import at_the_latest
 from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import check_writable, complain, console, file_path, json_text, write_json
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import InfeasibleError, SearchLimitError
-from drake_ltl.planning.fits import Fits, published_fits
-from drake_ltl.planning.geometric_fits import GeometricFits
-from drake_ltl.planning.geometry import Geometry
-from drake_ltl.planning.initial import initial_state
+from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.methods import Method, plan_by
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
 from drake_ltl.planning.table import plan_table
 from drake_ltl.scenario import load
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.scenario.starts import check_starts
 
 OVERTIME = 0.25
 """Share of the time limit that the bounded method may take beyond it, to end a solver's step and to check its plan."""
@@ -143,33 +140,6 @@ def _standing() -> Iterator[Callable[[Any], None] | None]:
             status.update(f"planning, {progress.seconds:.0f} s: best {cost}, bound {progress.lower_bound:g}{gap}")
 
         yield report
-
-
-def planning_problem(scenario: Scenario, geometry: Geometry) -> tuple[State, Fits]:
-    """Initial state and P_s.
-
-    Raises:
-        InvalidInputError: a body starts outside every region, or touches another.
-    """
-    start = initial_state(scenario, check_starts(scenario, geometry))
-    fits = GeometricFits(scenario, geometry) if scenario.fits is None else published_fits(scenario.fits)
-    return start, fits
-
-
-def planning_geometry(scenario: Scenario) -> Geometry:
-    """The numbers planning needs; the models are loaded only if the file leaves some of them out."""
-    radii = [member.radius for member in (*scenario.agents, *scenario.objects)]
-    radii += [obj.team_radius for obj in scenario.objects]
-    if scenario.fits is None or None in radii:
-        from drake_ltl.multibody import MeasureGeometry  # loading Drake takes as long as most plans
-
-        return MeasureGeometry(scenario).geometry
-    return Geometry(
-        agent_radius={agent.name: agent.radius for agent in scenario.agents},
-        object_radius={obj.name: obj.radius for obj in scenario.objects},
-        object_height={obj.name: 0.0 for obj in scenario.objects},
-        team_radius={obj.name: obj.team_radius for obj in scenario.objects},
-    )
 
 
 def seconds(text: str) -> float:

@@ -10,10 +10,10 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from drake_ltl.api import planning_problem
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import check_writable, complain, console, file_path, write_json
-from drake_ltl.cli.plan import planning_problem
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import InfeasibleError, NoPlacesError, SearchLimitError, naming_file
 from drake_ltl.execution.recording import Recording

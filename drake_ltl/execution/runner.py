@@ -13,6 +13,7 @@ from drake_ltl.errors import DrakeLtlError, ExecutionError
 from drake_ltl.execution.grasping import ApplyGrasps
 from drake_ltl.execution.log_reader import read_logs
 from drake_ltl.execution.recording import Recording
+from drake_ltl.scenario import loads
 from drake_ltl.systems.signals import Phase
 
 REPORT_PERIOD = 1.0
@@ -41,6 +42,14 @@ class Run:
     """By KeyboardInterrupt, that is, by Ctrl-C."""
     cpu_seconds: float = 0.0
     """Of this process, in the same time."""
+
+    def __repr__(self) -> str:
+        name = loads(self.recording.scenario, check_models=False).name
+        steps = sum(step.finished for step in self.recording.steps)
+        end = f", ended early: {self.recording.reason}" if self.recording.reason else ""
+        return (
+            f"Run({name!r}, {steps} steps, {self.recording.time[-1]:.1f} s simulated in {self.wall_seconds:.1f} s{end})"
+        )
 
 
 def RunMission(

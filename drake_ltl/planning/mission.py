@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from drake_ltl.planning.geometry import Vector3
 from drake_ltl.planning.plan import Action, Plan
+from drake_ltl.shown import Shown
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,7 @@ class PlacedStep:
 
 
 @dataclass(frozen=True)
-class Mission:
+class Mission(Shown):
     """Placed steps; after the last one the run continues with `steps[loop]`, for ever.
 
     The placed loop may begin later than the plan's: its first round can differ where a body returns to another
@@ -54,3 +59,9 @@ class Mission:
     plan: Plan
     steps: tuple[PlacedStep, ...]
     loop: int
+
+    def __repr__(self) -> str:
+        return f"Mission({len(self.steps)} placed steps, loop from step {self.loop + 1}, {self.plan!r})"
+
+    def __rich__(self) -> RenderableType:
+        return self.plan.__rich__()

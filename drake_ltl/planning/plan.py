@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+from drake_ltl.shown import Shown
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 ActionKind = Literal["travel", "grasp", "release", "transport"]
 
@@ -37,7 +42,7 @@ class Action:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Shown):
     """A lasso: the run is prefix, then suffix for ever; the suffix's last state leads back to its first.
 
     `prefix` begins with the initial state, or is empty when the suffix does. `moves[l]` are the actions between
@@ -57,6 +62,15 @@ class Plan:
     """Weight of the suffix's cost in J."""
     counts: Mapping[str, int | None] = field(default_factory=dict, compare=False)
     seconds: Mapping[str, float] = field(default_factory=dict, compare=False)
+
+    def __repr__(self) -> str:
+        steps = f"{len(self.prefix)} steps, then {len(self.suffix)} for ever"
+        return f"Plan({self.status}, J = {self.cost:g}, {steps})"
+
+    def __rich__(self) -> RenderableType:
+        from drake_ltl.planning.table import plan_table
+
+        return plan_table(self)
 
     @property
     def cost(self) -> float:

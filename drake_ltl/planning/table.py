@@ -16,20 +16,22 @@ from drake_ltl.scenario.model import Scenario
 _HARD_SPACE = "\N{NO-BREAK SPACE}"  # lines break between actions, not within
 
 
-def plan_table(plan: Plan, scenario: Scenario) -> RenderableType:
+def plan_table(plan: Plan, scenario: Scenario | None = None) -> RenderableType:
     """One row per step with its actions, numbered from 1 as in all outputs; steps of the suffix are marked with a star.
 
-    The last step leads from the suffix's last state back to its first.
+    The last step leads from the suffix's last state back to its first. Without the scenario nothing is said of the
+    start, nor of formulas.
     """
     table = Table(box=box.SIMPLE_HEAD, row_styles=("", "dim"))
     table.add_column("step", justify="right", no_wrap=True)
     table.add_column("actions", overflow="fold")
-    table.add_row("", _start(plan.states[0], scenario))
+    if scenario is not None:
+        table.add_row("", _start(plan.states[0], scenario))
     for number, actions in enumerate(plan.moves, start=1):
         if number == plan.loop + 1:
             table.add_section()
         table.add_row(f"{number}*" if number > plan.loop else f"{number} ", _actions(actions))
-    title = [Text(f"Plan of {scenario.name}", style="italic")] if scenario.name else []
+    title = [Text(f"Plan of {scenario.name}", style="italic")] if scenario is not None and scenario.name else []
     return Group(*title, table, Text("\n".join(_notes(plan, scenario))))
 
 
@@ -62,9 +64,9 @@ def _start(state: State, scenario: Scenario) -> Text:
     return Text("start: " + ", ".join(part.replace(" ", _HARD_SPACE) for part in parts))
 
 
-def _notes(plan: Plan, scenario: Scenario) -> list[str]:
+def _notes(plan: Plan, scenario: Scenario | None) -> list[str]:
     costs = f"J = {plan.cost:.6g} = {plan.prefix_cost:.6g} (prefix) + {plan.suffix_cost:.6g} (suffix), {plan.status}"
     if plan.status != "optimal":
         costs += f"; at least {plan.lower_bound:.6g}"
-    note = stutter_note(scenario)
+    note = None if scenario is None else stutter_note(scenario)
     return ["* repeated for ever", costs, *([note] if note else [])]

@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from drake_ltl.shown import Shown
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rich.console import RenderableType
 
 
 @dataclass(frozen=True)
@@ -137,7 +144,7 @@ class SimulationSettings:
 
 
 @dataclass(frozen=True)
-class Scenario:
+class Scenario(Shown):
     """A whole problem, validated. See `drake_ltl.scenario.load`."""
 
     name: str
@@ -160,6 +167,37 @@ class Scenario:
     """What holds for every object that says nothing of its own; the objects carry it too."""
     source: str = ""
     """The text the scenario was read from; a recording carries it."""
+
+    @staticmethod
+    def load(file: Path | str) -> Scenario:
+        """The same as `drake_ltl.load`."""
+        from drake_ltl.api import load
+
+        return load(file)
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.agents)} agents, {len(self.objects)} objects, {len(self.regions)} regions"
+        return f"Scenario({self.name!r}, {counts})"
+
+    def __rich__(self) -> RenderableType:
+        from drake_ltl.scenario.overview import scenario_table
+
+        return scenario_table(self)
+
+    def _repr_svg_(self) -> str:
+        """The map."""
+        from drake_ltl.visualization.notebook import map_svg
+
+        return map_svg(self)
+
+    def _repr_html_(self) -> str:
+        """Map and table; the table alone where nothing can be drawn yet."""
+        from drake_ltl.errors import DrakeLtlError
+
+        try:
+            return f"{self._repr_svg_()}{super()._repr_html_()}"
+        except DrakeLtlError as error:
+            return f"<p>no map: {error}</p>{super()._repr_html_()}"
 
     @cached_property
     def region_names(self) -> tuple[str, ...]:

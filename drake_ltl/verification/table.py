@@ -29,15 +29,20 @@ CLEARANCE_NAMES = {
 }
 
 
-def verdict_table(verdict: Verdict, scenario: Scenario) -> RenderableType:
-    """Headline, violations, the steps with their letters and durations, and the measured numbers."""
+def verdict_table(verdict: Verdict, scenario: Scenario | None = None) -> RenderableType:
+    """Headline, violations, the steps with their letters and durations, and the measured numbers.
+
+    Without the scenario some of what was demanded is left out.
+    """
     word = "SATISFIED" if verdict.satisfied else "VIOLATED"
-    head = Text.assemble((word, "bold green" if verdict.satisfied else "bold red"), f"  {scenario.name}")
+    head = Text.assemble(
+        (word, "bold green" if verdict.satisfied else "bold red"), f"  {scenario.name if scenario else ''}".rstrip()
+    )
     faults = [Padding(Text(str(violation), style="red"), (0, 0, 0, 2)) for violation in verdict.violations]
-    return Group(head, *faults, _steps(verdict, scenario), _numbers(verdict, scenario))
+    return Group(head, *faults, _steps(verdict), _numbers(verdict, scenario))
 
 
-def _steps(verdict: Verdict, scenario: Scenario) -> Table:
+def _steps(verdict: Verdict) -> Table:
     """The letter of each row is the one at the end of its step: the regions in which everybody then is."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
     table.add_column("step", justify="right", no_wrap=True)
@@ -55,7 +60,7 @@ def _steps(verdict: Verdict, scenario: Scenario) -> Table:
     return table
 
 
-def _numbers(verdict: Verdict, scenario: Scenario) -> Table:
+def _numbers(verdict: Verdict, scenario: Scenario | None) -> Table:
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
     table.add_column("measured", no_wrap=True)
     table.add_column("worst", justify="right", no_wrap=True)
@@ -65,7 +70,7 @@ def _numbers(verdict: Verdict, scenario: Scenario) -> Table:
     return table
 
 
-def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]]:
+def _rows(verdict: Verdict, scenario: Scenario | None) -> Iterator[tuple[str, str, str]]:
     for kind, name in CLEARANCE_NAMES.items():
         value = verdict.min_clearance[kind]
         if value is not None:
@@ -74,14 +79,13 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         yield "distance inside teams, of bodies", quantity(verdict.min_inside_teams, "m"), "> 0"
     yield "rise of V, relative to its start", f"{verdict.max_lyapunov_increase:.3g}", f"<= {RISE:g}"
     if any(action["kind"] == "grasp" for step in verdict.steps for action in step.actions):
-        gap = max(HELD_GAP, scenario.tolerances.weld_position)
-        angle = max(HELD_ANGLE, scenario.tolerances.weld_angle)
-        yield "gap of a weld", quantity(verdict.max_weld_error, "m"), f"<= {quantity(gap, 'm')}"
-        yield "turn of a weld", quantity(verdict.max_weld_angle, "rad"), f"<= {quantity(angle, 'rad')}"
+        gap, angle = _weld_limits(scenario)
+        yield "gap of a weld", quantity(verdict.max_weld_error, "m"), gap
+        yield "turn of a weld", quantity(verdict.max_weld_angle, "rad"), angle
         yield "tilt of an object", quantity(verdict.max_tilt, "rad"), ""
     if verdict.max_heading_error is not None:
-        most = quantity(limit(scenario), "rad")
-        yield "turn of an object from its heading", quantity(verdict.max_heading_error, "rad"), f"<= {most}"
+        most = f"<= {quantity(limit(scenario), 'rad')}" if scenario else ""
+        yield "turn of an object from its heading", quantity(verdict.max_heading_error, "rad"), most
     if verdict.max_effort:
         agent = max(verdict.max_effort, key=verdict.max_effort.__getitem__)
         saturated = "" if verdict.max_effort[agent] <= 1.0 else "cut off at 100 %"
@@ -89,6 +93,14 @@ def _rows(verdict: Verdict, scenario: Scenario) -> Iterator[tuple[str, str, str]
         agent = min(verdict.min_manipulability, key=verdict.min_manipulability.__getitem__)
         yield f"manipulability of {agent}", f"{verdict.min_manipulability[agent]:.3g}", "(0: singular)"
     yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
+
+
+def _weld_limits(scenario: Scenario | None) -> tuple[str, str]:
+    if scenario is None:
+        return "", ""
+    gap = max(HELD_GAP, scenario.tolerances.weld_position)
+    angle = max(HELD_ANGLE, scenario.tolerances.weld_angle)
+    return f"<= {quantity(gap, 'm')}", f"<= {quantity(angle, 'rad')}"
 
 
 def action_text(action: Mapping[str, Any]) -> str:

@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drake_ltl.execution.recording import StepRecord
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.shown import Shown
 from drake_ltl.verification.violations import Violation
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 JSON_CLEARANCES = ("agent_agent", "agent_object", "team_other", "forbidden_region")
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Verdict(Shown):
     """Whether a run did what its scenario demands, and the numbers that show how well."""
 
     satisfied: bool
@@ -46,6 +51,18 @@ class Verdict:
     [m], grippers against handles excepted; None if nobody grasps."""
     max_heading_error: float | None = None
     """Largest angle of an object from its heading at the end of a transport [rad]; None without transports."""
+    scenario: Scenario | None = field(default=None, compare=False)
+    """What was demanded, as far as it is known: tables show it."""
+
+    def __repr__(self) -> str:
+        count = len(self.violations)
+        head = "satisfied" if self.satisfied else f"violated {count} time{'s' * (count != 1)}"
+        return f"Verdict({head}, {len(self.steps)} steps, {self.simulated_seconds:.1f} s simulated)"
+
+    def __rich__(self) -> RenderableType:
+        from drake_ltl.verification.table import verdict_table
+
+        return verdict_table(self, self.scenario)
 
 
 def to_json(verdict: Verdict, wall_seconds: float | None = None) -> dict[str, Any]:

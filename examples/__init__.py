@@ -1,0 +1,28 @@
+"""Scenarios and scripts that come with drake_ltl: `drake_ltl.examples`, installed with the library."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from drake_ltl.errors import InvalidInputError, Mistake
+
+
+def names() -> tuple[str, ...]:
+    """All scenarios, by name."""
+    return tuple(sorted(path.stem for path in _folder().glob("*.yaml")))
+
+
+def path(name: str) -> Path:
+    """The file of one of them.
+
+    Raises:
+        InvalidInputError: there is none of this name.
+    """
+    if name not in names():
+        raise InvalidInputError([Mistake(name, "is not an example", f"write one of {', '.join(names())}")])
+    return _folder() / f"{name}.yaml"
+
+
+def _folder() -> Path:
+    return Path(str(files(__name__)))
