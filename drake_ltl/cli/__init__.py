@@ -25,10 +25,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from drake_ltl.cli.outcome import colours, complain
     from drake_ltl.cli.statuses import BAD_INPUT, INTERRUPTED
     from drake_ltl.errors import DrakeLtlError, InvalidInputError
+    from drake_ltl.scenario.model_access import allow_models
 
     try:
         args = make_parser().parse_args(arguments)
-        with colours(not args.no_color):
+        with colours(not args.no_color), allow_models(*getattr(args, "allow_models", ())):
             return args.run(args)
     except InvalidInputError as error:
         complain(str(error))
@@ -131,10 +132,13 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (new, check, draw, explain, plan, simulate, sweep, verify, view, completion):
         command.add_parser(commands)
-    for command in commands.choices.values():
+    for name, command in commands.choices.items():
+        if name not in ("new", "completion"):
+            command.add_argument("--allow-models", action="append", default=[], metavar="DIR", help=_ALLOW_MODELS)
         # Suppressed: what stands before the command would be overruled by a default.
         command.add_argument("--no-color", action="store_true", default=argparse.SUPPRESS, help=_NO_COLOR)
     return parser
 
 
+_ALLOW_MODELS = "folder outside the scenario's own that its models may come from; may be repeated"
 _NO_COLOR = "no colours nor styles, as where NO_COLOR is set"

@@ -15,6 +15,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.models import package_xml
 from drake_ltl.scenario.model import Agent, TransportObject
+from drake_ltl.scenario.model_access import package_of
 from drake_ltl.scenario.model_files import resolve
 
 GRASP_FRAME = "grasp"
@@ -172,9 +173,13 @@ def _parse(plant: MultibodyPlant, where: str, path: Path, name: str, text: str |
     """Adds the file's model, or that of `text` in its place."""
     parser = Parser(plant, model_name_prefix="")
     parser.SetAutoRenaming(True)
-    parser.package_map().AddPackageXml(str(package_xml()))
-    if path.parent.joinpath("package.xml").exists():
-        parser.package_map().PopulateFromFolder(str(path.parent))
+    packages = parser.package_map()
+    for known in packages.GetPackageNames():
+        packages.Remove(known)  # one of Drake's own would be fetched from the network
+    packages.AddPackageXml(str(package_xml()))
+    own = package_of(path)
+    if own is not None and not packages.Contains(own[0]):
+        packages.Add(own[0], str(own[1]))
     try:
         added = parser.AddModels(str(path)) if text is None else parser.AddModelsFromString(text, "urdf")
         (instance,) = added

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drake_ltl.scenario import model_files
+from drake_ltl.scenario import model_access, model_files
 from drake_ltl.scenario.model import Agent, Region, TransportObject
 from drake_ltl.scenario.names import check_name, is_name
 from drake_ltl.scenario.table import Table, UnfitValueError, did_you_mean, listing, shown
@@ -123,7 +123,12 @@ def _existing(uri: str | None, folder: ModelFolder, kind: str, entry: Table) -> 
     def find() -> Path:
         try:
             path = model_files.resolve(uri, folder.path)
+            model_access.check_access(path, folder.path)
             exists = path.is_file()
+            if exists:
+                model_access.check_references(path, folder.path)
+        except model_access.NotAllowedError as error:
+            raise UnfitValueError(error.what, error.remedy) from error
         except (ValueError, OSError, RuntimeError) as error:  # a home folder that nobody has, a name too long
             raise UnfitValueError(f"{shown(uri)} cannot be found ({error})", remedy) from error
         if not exists:

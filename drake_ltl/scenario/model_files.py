@@ -28,7 +28,7 @@ def resolve(uri: str, base: Path | None = None) -> Path:
         package, _, inside = uri.removeprefix("package://").partition("/")
         if package != PACKAGE:
             raise ValueError(f"{package!r} is not a known package of models; {PACKAGE!r} is")
-        return _shipped_folder() / inside
+        return shipped_folder() / inside
     if uri.startswith("file://"):
         return Path(unquote(uri.removeprefix("file://")))
     if "://" in uri:
@@ -38,9 +38,14 @@ def resolve(uri: str, base: Path | None = None) -> Path:
 
 def shipped(folder: str) -> tuple[str, ...]:
     """URIs of the models in `folder` (`agents` or `objects`) that come with the library."""
-    inside = _shipped_folder() / folder
+    inside = shipped_folder() / folder
     files = sorted(path.name for path in inside.glob("*") if path.suffix in (".urdf", ".sdf"))
     return tuple(f"package://{PACKAGE}/{folder}/{name}" for name in files)
+
+
+def shipped_folder() -> Path:
+    """Where the models are that come with the library."""
+    return Path(str(importlib.resources.files("drake_ltl.models")))
 
 
 def movable_joints(path: Path) -> tuple[tuple[str, str], ...]:
@@ -86,10 +91,6 @@ def _check_limits(path: Path) -> None:
 def check_object(path: Path) -> None:
     """Raises ValueError if the file is neither SDFormat nor URDF, OSError if it cannot be read."""
     _root(path, ("sdf", "robot"))
-
-
-def _shipped_folder() -> Path:
-    return Path(str(importlib.resources.files("drake_ltl.models")))
 
 
 def _root(path: Path, tags: Iterable[str]) -> ET.Element:

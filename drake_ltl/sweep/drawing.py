@@ -16,6 +16,7 @@ import yaml
 
 from drake_ltl.scenario import loads
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.scenario.model_access import ANYWHERE, allow_models
 from drake_ltl.scenario.yaml_text import parse
 from drake_ltl.sweep.starts import Position, draw_starts
 from drake_ltl.sweep.sweep import Sweep
@@ -58,7 +59,8 @@ def drawn_text(scenario: Scenario, drawn: Drawn) -> str:
 
 def drawn_scenario(scenario: Scenario, drawn: Drawn) -> Scenario:
     """What the text says."""
-    return loads(drawn_text(scenario, drawn), source_name=scenario.name)
+    with allow_models(ANYWHERE):  # the scenario's own were looked at when it was read
+        return loads(drawn_text(scenario, drawn), source_name=scenario.name)
 
 
 def write_drawn(scenario: Scenario, drawn: Drawn, path: Path, heading: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from drake_ltl.scenario import model_files
+
 
 def test_a_sound_scenario(drake_ltl, examples):
     result = drake_ltl("check", examples / "case_ii.yaml")
@@ -38,3 +40,16 @@ def test_no_file(drake_ltl, tmp_path):
     result = drake_ltl("check", tmp_path / "none.yaml")
     assert result.status == 2
     assert len(result.err.splitlines()) == 1
+
+
+def test_models_elsewhere_are_allowed_on_the_command_line(drake_ltl, changed, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("robots")
+    arm = model_files.resolve("package://drake_ltl_models/agents/planar_arm.urdf")
+    (folder / "arm.urdf").write_bytes(arm.read_bytes())
+    uri = "package://drake_ltl_models/agents/planar_arm.urdf   #"
+    file = changed({uri: f"{folder}/arm.urdf   #"})
+    refused = drake_ltl("check", file)
+    assert refused.status == 2
+    assert f"--allow-models {str(folder)!r}" in refused.err
+    assert drake_ltl("check", file, "--allow-models", tmp_path_factory.getbasetemp()).status == 0
+    assert drake_ltl("check", file).status == 2

@@ -101,7 +101,7 @@ def test_settings_and_paths_of_the_file_are_kept(shuttle_text, tmp_path, example
     drawn = Drawn({"a1": (-2.5, 0.25)}, {"force": 30.0}, {})
     for block in ("controller:\n", "controller: {kappa: 12.5, force: 10}\n"):
         scenario = loads(text + block, base=tmp_path)
-        changed = loads(drawn_text(scenario, drawn))
+        changed = drawn_scenario(scenario, drawn)
         assert changed.agents[0].model == str((tmp_path / "arm.urdf").resolve())
         assert changed.agents[0].position == (-2.5, 0.25)
         assert changed.controller == dataclasses.replace(scenario.controller, force=30.0)
