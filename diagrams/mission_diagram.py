@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from drake_ltl.diagrams.monitors import AddMonitors
 from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.separate_controllers import AddSeparateControllers
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
@@ -13,10 +14,12 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
+from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.mission import Layout, Mission
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.mission_controller import MissionController
+from drake_ltl.systems.monitors import Monitor
 from drake_ltl.systems.plan_supervisor import PlanSupervisor
 from drake_ltl.systems.program import MissionProgram, mission_program, start_configuration
 from drake_ltl.systems.state_places import StatePlaces
@@ -37,6 +40,8 @@ class MissionDiagram:
     program: MissionProgram
     scenario: Scenario
     models: MeasuredModels
+    monitors: Mapping[str, Monitor] = field(default_factory=dict)
+    """By name; none if the diagram was made without."""
 
     def CreateStartContext(self) -> Context:
         """A context with every body at its start, at rest, and every weld inactive."""
@@ -47,6 +52,12 @@ class MissionDiagram:
         self.transport_plant.ReleaseAll(plant_context)
         _place(self, plant_context, self.program.mission.steps[0].before)
         return context
+
+    def violations(self, root_context: Context) -> tuple[Violation, ...]:
+        """All that the monitors have seen so far, in order of time."""
+        contexts = [(monitor, monitor.GetMyContextFromRoot(root_context)) for monitor in self.monitors.values()]
+        found = [violation for monitor, context in contexts for violation in monitor.violations(context)]
+        return tuple(sorted(found, key=lambda violation: violation.time))
 
 
 def MakeMissionDiagram(
@@ -59,6 +70,7 @@ def MakeMissionDiagram(
     builder: DiagramBuilder | None = None,
     separate_controllers: bool = False,
     own_controllers: Mapping[str, LeafSystem] | None = None,
+    monitors: bool = True,
 ) -> MissionDiagram:
     """Assembles the diagram that carries out the mission's first `num_steps` steps and then holds.
 
@@ -70,6 +82,7 @@ def MakeMissionDiagram(
             all laws, to the same effect but for rounding.
         own_controllers: systems that take the place of separate controllers, by the names of these
             (`transition_<agent>`, `hold_<agent>`, `reach_<agent>`, `transport_<object>`), with the same ports.
+        monitors: whether systems watch that nothing goes wrong (docs/monitors.md).
 
     Raises:
         InvalidInputError: there is no controller of such a name, or a port is missing or of another size.
@@ -100,6 +113,17 @@ def MakeMissionDiagram(
             models=models,
             meshcat=meshcat,
         )
+    watching = {}
+    if monitors:
+        watching = AddMonitors(
+            builder,
+            transport_plant=transport_plant,
+            supervisor=supervisor,
+            controls=controls,
+            program=program,
+            scenario=scenario,
+            models=models,
+        )
     logs = {
         "state": LogVectorOutput(transport_plant.plant.get_state_output_port(), builder),
         "controls": LogVectorOutput(controls, builder),
@@ -109,7 +133,7 @@ def MakeMissionDiagram(
         log.set_name(f"log_{name}")
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return MissionDiagram(diagram, transport_plant, supervisor, logs, program, scenario, models)
+    return MissionDiagram(diagram, transport_plant, supervisor, logs, program, scenario, models, watching)
 
 
 def _add_controller(
