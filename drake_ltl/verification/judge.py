@@ -65,7 +65,7 @@ def verify(
         MissingDependencyError: Spot is not installed.
     """
     if scenario is None:
-        scenario = loads(recording.scenario, source_name="the recording's scenario", check_models=False)
+        scenario = loads(recording.scenario, source_name="the recording's scenario", check_models=mechanics is None)
     check_sound(recording, scenario)
     violations = [*data_violations(recording, scenario)]
     if not recording.completed:

@@ -17,7 +17,7 @@ from drake_ltl.planning.geometry import Geometry
 from drake_ltl.scenario import load, loads
 from drake_ltl.scenario.starts import check_starts
 from drake_ltl.sweep import drawing, starts
-from drake_ltl.sweep.drawing import GAINS, Drawn, draw, drawn_from_json, drawn_scenario, drawn_text, write_drawn
+from drake_ltl.sweep.drawing import GAINS, Drawn, draw, drawn_from_json, drawn_scenario, write_drawn
 
 
 @pytest.fixture
