@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
@@ -27,7 +28,7 @@ from drake_ltl.systems.plan_supervisor import PlanSupervisor
 from drake_ltl.systems.program import MissionProgram, start_configuration
 from drake_ltl.systems.state_places import StatePlaces
 
-PERIODS = {
+LONGEST_PERIODS = {
     "clearance": 0.05,
     "forbidden_region": 0.1,
     "workspace": 0.1,
@@ -38,8 +39,20 @@ PERIODS = {
     "weld": 0.1,
     "word": 0.1,
 }
-"""Time between two looks of each monitor [s]. At 2 m/s a body moves by 10 cm between two looks at clearances: spheres
-of some 1 m then come at most 1 mm nearer to each other than at both of them."""
+"""Time between two looks of each monitor is at most this [s], see `periods`. At 2 m/s a body moves by 10 cm between two
+looks at clearances: spheres of 1 m then come at most 1 mm nearer to each other than at both of them."""
+
+
+def periods(time_step: float) -> dict[str, float]:
+    """Time between two looks of each monitor [s].
+
+    A power of two times the plant's step: k such periods are the very same number as some steps of the plant, to the
+    last bit. Else the Simulator would take two steps at what is one instant.
+    """
+    return {
+        name: time_step * 2.0 ** max(0, math.floor(math.log2(longest / time_step) + 1e-9))
+        for name, longest in LONGEST_PERIODS.items()
+    }
 
 
 def AddMonitors(
@@ -61,12 +74,13 @@ def AddMonitors(
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     centres = builder.AddSystem(MemberCentres(places, models))
     builder.Connect(plant.get_state_output_port(), centres.get_state_input_port())
+    period = periods(scenario.simulation.time_step)
     made = [
-        *_sphere_monitors(program, scenario, models),
-        LyapunovMonitor("lyapunov", PERIODS["lyapunov"], program, sum(places.sizes)),
-        TorqueMonitor("torque", PERIODS["torque"], program, *_motors(models)),
-        WeldMonitor("weld", PERIODS["weld"], program, places, models, scenario.tolerances),
-        GeometryMonitor("geometry", PERIODS["geometry"], program, places, models, scenario.agents),
+        *_sphere_monitors(program, scenario, models, period),
+        LyapunovMonitor("lyapunov", period["lyapunov"], program, sum(places.sizes)),
+        TorqueMonitor("torque", period["torque"], program, *_motors(models)),
+        WeldMonitor("weld", period["weld"], program, places, models, scenario.tolerances),
+        GeometryMonitor("geometry", period["geometry"], program, places, models, scenario.agents),
     ]
     signals = {
         "centres": centres.get_centres_output_port(),
@@ -81,7 +95,9 @@ def AddMonitors(
     return {monitor.kind: monitor for monitor in made}
 
 
-def _sphere_monitors(program: MissionProgram, scenario: Scenario, models: MeasuredModels) -> list[MissionMonitor]:
+def _sphere_monitors(
+    program: MissionProgram, scenario: Scenario, models: MeasuredModels, period: Mapping[str, float]
+) -> list[MissionMonitor]:
     """All that look at centres of spheres."""
     geometry = models.geometry
     members = Members(
@@ -102,10 +118,10 @@ def _sphere_monitors(program: MissionProgram, scenario: Scenario, models: Measur
     end_centres = _end_centres(models)
     watched, unwatched = _watched(scenario)
     return [
-        *(SphereMonitor(name, PERIODS[name], program, todo, size, rule) for name, rule in rules.items()),
+        *(SphereMonitor(name, period[name], program, todo, size, rule) for name, rule in rules.items()),
         RegionMonitor(
             "region",
-            PERIODS["region"],
+            period["region"],
             program,
             todo,
             size,
@@ -115,7 +131,7 @@ def _sphere_monitors(program: MissionProgram, scenario: Scenario, models: Measur
         ),
         WordMonitor(
             "word",
-            PERIODS["word"],
+            period["word"],
             program,
             size,
             watched=watched,

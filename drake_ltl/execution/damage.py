@@ -23,6 +23,8 @@ def header_damage(header: Mapping[str, Any]) -> Iterator[str]:
         yield from _unfit(f"steps[{index}].", step, _STEP)
     for index, interval in enumerate(header["intervals"]):
         yield from _unfit(f"intervals[{index}].", interval, _INTERVAL)
+    for index, seen in enumerate(header["monitored"]):
+        yield from _unfit(f"monitored[{index}].", seen, _MONITORED)
 
 
 def array_damage(arrays: Mapping[str, np.ndarray]) -> Iterator[str]:
@@ -93,6 +95,10 @@ def _are_ways(value: Any) -> bool:
     )
 
 
+def _is_measured(value: Any) -> bool:
+    return value is None or _is_number(value)
+
+
 def _are_actions(value: Any) -> bool:
     return isinstance(value, list) and all(map(_is_action, value))
 
@@ -136,4 +142,14 @@ _INTERVAL = {
     "transports": (_are_goals, "a map of lists of numbers"),
     "waiting": (_are_texts, "a list of names"),
     "reaches": (_are_ways, "a map of pairs of lists of numbers"),
+}
+_MONITORED = {
+    "monitor": (_is_text, "a text"),
+    "time": (_is_number, "a number"),
+    "step": (_is_count, "a whole number"),
+    "who": (_are_texts, "a list of names"),
+    "what": (_is_text, "a text"),
+    "value": (_is_measured, "a number"),
+    "limit": (_is_measured, "a number"),
+    "unit": (_is_text, "a text"),
 }

@@ -45,6 +45,7 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         completed=not reason,
         reason=reason,
         intervals=tuple(read_intervals(mission, step, phase, signal, reaches)),
+        monitored=mission.violations(root_context),
         time=time,
         q=q,
         qd=qd,

@@ -1,7 +1,7 @@
 """What a run leaves behind: everything a verdict needs, as plain arrays in one file.
 
 The file is a NumPy archive (.npz, readable from any language with a zip and a simple header) with one JSON header:
-an open format that needs no library beyond numpy, and bytes that depend on the run alone. Its version is 3; files of
+an open format that needs no library beyond numpy, and bytes that depend on the run alone. Its version is 4; files of
 older ones are read too (`recording_versions`).
 """
 
@@ -21,6 +21,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.damage import array_damage, header_damage
 from drake_ltl.execution.recording_versions import VERSION, brought_up
+from drake_ltl.monitoring.violation import Violation
 from drake_ltl.scenario.table import shown
 
 FORMAT = "drake_ltl recording"
@@ -110,7 +111,9 @@ class Recording:
     seed: int = 0
     """The scenario's."""
     lacks: tuple[str, ...] = ()
-    """Fields that the file's older version did not have: arrays are 0 here, and `intervals` are empty."""
+    """Fields that the file's older version did not have: arrays are 0 here, `intervals` and `monitored` are empty."""
+    monitored: tuple[Violation, ...] = ()
+    """What monitors saw go wrong while the run went on, in order of time."""
 
     @property
     def object_origin(self) -> dict[str, np.ndarray]:
@@ -213,7 +216,7 @@ _HEADER_FIELDS = (
     "lacks",
 )
 _ARRAY_FIELDS = ("time", "step", "phase", "mode", "grasp", "lyapunov", "effort", "manipulability")
-_RECORD_FIELDS = ("steps", "intervals")
+_RECORD_FIELDS = ("steps", "intervals", "monitored")
 _GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
 
 
@@ -221,13 +224,14 @@ def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Record
     lists = {field: tuple(header[field]) for field in ("agents", "objects", "lacks")}
     steps = tuple(StepRecord(**{**step, "actions": tuple(step["actions"])}) for step in header["steps"])
     intervals = tuple(_interval(interval) for interval in header["intervals"])
+    monitored = tuple(Violation(**{**seen, "who": tuple(seen["who"])}) for seen in header["monitored"])
     names = {"q": "agents", "qd": "agents", "centre": "agents", "pose": "objects", "velocity": "objects"}
     groups = {field: {name: arrays[f"{field}/{name}"] for name in header[names[field]]} for field in _GROUP_FIELDS}
     samples = len(arrays["time"])
     if any(len(array) != samples for array in arrays.values()):
         raise ValueError("arrays of different lengths")
     fields = {field: header[field] for field in _HEADER_FIELDS} | {field: arrays[field] for field in _ARRAY_FIELDS}
-    return Recording(steps=steps, intervals=intervals, **(fields | lists), **groups)
+    return Recording(steps=steps, intervals=intervals, monitored=monitored, **(fields | lists), **groups)
 
 
 def _interval(data: dict[str, Any]) -> IntervalRecord:

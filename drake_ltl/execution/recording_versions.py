@@ -4,6 +4,7 @@ version 1   the first: gaps of welds in place of what moved under each navigatio
 version 2   without gaps (they are worked out of the motion), with `intervals`; later ones with `effort` and
             `manipulability`
 version 3   with `seed` and `lacks`
+version 4   with `monitored`
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.scenario import yaml_text
 
-VERSION = 3
+VERSION = 4
 
 Parts = tuple[dict[str, Any], dict[str, np.ndarray]]
 """Header and arrays of a file."""
@@ -48,6 +49,10 @@ def _from_2(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
             header["lacks"] = [*header["lacks"], name]
 
 
+def _from_3(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    header["monitored"] = []
+
+
 def _seed(scenario: str) -> int:
     """What the scenario's text says; 0, as there, if it says nothing."""
     try:
@@ -58,4 +63,8 @@ def _seed(scenario: str) -> int:
     return seed if isinstance(seed, int) and 0 <= seed < 2**63 else 0
 
 
-_STEPS: dict[int, Callable[[dict[str, Any], dict[str, np.ndarray]], None]] = {1: _from_1, 2: _from_2}
+_STEPS: dict[int, Callable[[dict[str, Any], dict[str, np.ndarray]], None]] = {
+    1: _from_1,
+    2: _from_2,
+    3: _from_3,
+}

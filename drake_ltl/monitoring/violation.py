@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drake_ltl.verification.violations import quantity
+from drake_ltl.quantities import quantity
 
 
 @dataclass(frozen=True)

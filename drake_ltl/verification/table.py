@@ -11,13 +11,13 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from drake_ltl.quantities import quantity
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.detours import WORDS
 from drake_ltl.verification.grasps import HELD_ANGLE, HELD_GAP
 from drake_ltl.verification.headings import limit
 from drake_ltl.verification.lyapunov import RISE
 from drake_ltl.verification.verdict import Verdict
-from drake_ltl.verification.violations import quantity
 
 CLEARANCE_NAMES = {
     "agent_agent": "agent to agent",

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from drake_ltl.quantities import quantity
+
 
 @dataclass(frozen=True)
 class Violation:
@@ -38,15 +40,6 @@ class Violation:
         text += f": {quantity(self.worst, self.unit)}"
         later = self.worst_time is not None and self.worst_time != self.time
         return f"{text} (at {self.worst_time:.3f} s)" if later else text
-
-
-def quantity(value: float, unit: str) -> str:
-    """A measured number for people: millimetres below a centimetre, degrees for angles."""
-    if unit == "m" and abs(value) < 0.01:
-        return f"{1e3 * value:.3g} mm"
-    if unit == "rad":
-        return f"{np.rad2deg(value):.3g} degrees"
-    return f"{value:.3g} {unit}".rstrip()
 
 
 def where_bad(violation: Violation, bad: np.ndarray, amount: np.ndarray, time: np.ndarray) -> list[Violation]:
