@@ -61,8 +61,8 @@ def RunMission(
     simulator: Simulator | None = None,
     keep_going: bool = False,
 ) -> Run:
-    """Runs until `num_steps` steps are done, a monitor sees something wrong, a step exceeds its time limit, a check fails,
-    or Ctrl-C.
+    """Runs until `num_steps` steps are done, a monitor sees something wrong, a step exceeds its time limit, a check
+    fails, or Ctrl-C.
 
     Whatever of these ends the run, the recording holds all that happened until then and says why it ended. Other
     exceptions are defects of a program, and pass.
