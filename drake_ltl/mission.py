@@ -51,6 +51,7 @@ def simulate(
     models: MeasuredModels,
     *,
     suffix_rounds: int = 1,
+    keep_going: bool = False,
     live: bool = False,
     page: Path | None = None,
     graphviz: Path | None = None,
@@ -62,6 +63,7 @@ def simulate(
     """Carries the mission out in Drake's Simulator.
 
     Args:
+        keep_going: what monitors see is recorded, but does not end the run.
         live: show the run in a browser while it goes on, at a computer's own pace; `announce` is told the address.
         page: write a page here that replays the run.
         graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
@@ -78,6 +80,8 @@ def simulate(
         mission, scenario, models, num_steps=steps, meshcat=meshcat, own_controllers=own_controllers
     )
     check_fields(diagram.program, scenario, models)
+    for formula, reason in diagram.monitors["word"].unwatched.items():
+        announce(f"the run is not watched for {formula}: {reason}")
     if graphviz is not None:
         write_graphviz(diagram.diagram, graphviz)
     if live:
@@ -87,7 +91,7 @@ def simulate(
     context = diagram.CreateStartContext()
     if disturb is not None:
         disturb(diagram, context)
-    result = RunMission(diagram, num_steps=steps, report=report, simulator=Simulator(diagram.diagram, context))
+    result = RunMission(diagram, num_steps=steps, keep_going=keep_going, report=report, simulator=Simulator(diagram.diagram, context))
     if page is not None:
         recording = result.recording
         WritePage(meshcat, page, captions_of(recording), title=scenario.name, legend=legend_of(recording))

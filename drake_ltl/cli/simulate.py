@@ -34,6 +34,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
     parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
+    parser.add_argument("--keep-going", action="store_true", help="go on when a monitor sees something wrong")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
     parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
     parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
@@ -75,12 +76,15 @@ def run(args: argparse.Namespace) -> int:
             scenario,
             models,
             suffix_rounds=rounds,
+            keep_going=args.keep_going,
             live=args.meshcat,
             page=args.record,
             graphviz=args.graphviz,
             announce=complain,
             report=_reporter(bar),
         )
+    for seen in result.recording.monitored:
+        complain(f"the {seen.monitor} monitor saw: {seen}")
     _save(result.recording, args.recording)
     verdict = verify(result.recording, scenario)
     out.print(verdict_table(verdict, scenario))

@@ -56,7 +56,13 @@ def carry_out(sweep: Sweep, number: int, report: Callable[[RunProgress], None] |
     except (InfeasibleError, SearchLimitError) as error:
         return CarriedOut(scenario, Outcome(number, NO_PLAN, reason=in_one_line(error), drawn=drawn))
     run = mission.simulate(
-        planned, scenario, models, suffix_rounds=sweep.suffix_rounds, disturb=_heavier(drawn), report=report
+        planned,
+        scenario,
+        models,
+        suffix_rounds=sweep.suffix_rounds,
+        keep_going=True,  # how far a run gets, and what then becomes of it, counts too
+        disturb=_heavier(drawn),
+        report=report,
     )
     verdict = verify(run.recording, scenario)
     seconds = time.perf_counter() - begin

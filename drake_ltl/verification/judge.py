@@ -70,6 +70,7 @@ def verify(
     violations = [*data_violations(recording, scenario)]
     if not recording.completed:
         violations.append(_stopped(recording))
+    violations += _monitored(recording)
     whole, recording = recording, finite_part(recording)
     if not len(recording.time):
         return Verdict(False, tuple(violations), (), whole.steps, dict.fromkeys(KINDS), 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -164,6 +165,14 @@ def _stopped(recording: Recording) -> Violation:
     return Violation(
         "run", (), f"the run ended early: {recording.reason or 'no reason is recorded'}", _end(recording), number
     )
+
+
+def _monitored(recording: Recording) -> Iterator[Violation]:
+    """What the run's monitors saw, but for what ended it: whether it is seen anew here or not, all was not well."""
+    for seen in recording.monitored:
+        if not recording.reason.endswith(str(seen)):
+            what = f"the {seen.monitor} monitor saw: {seen.what}"
+            yield Violation("monitor", seen.who, what, seen.time, seen.step, seen.value, seen.time, seen.unit)
 
 
 def _too_old(recording: Recording) -> bool:
