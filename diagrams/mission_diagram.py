@@ -12,7 +12,7 @@ from drake_ltl.diagrams.separate_controllers import AddSeparateControllers
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain, VectorLogSink
 
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
@@ -33,6 +33,8 @@ class MissionDiagram:
 
     diagram: Diagram
     transport_plant: TransportPlant
+    support: ConstantVectorSource
+    """Bears objects that rest, see `execution.resting`."""
     supervisor: PlanSupervisor
     logs: Mapping[str, VectorLogSink]
     """`state`, `controls` (torques of all agents as commanded, stacked, then V) and the supervisor's `record`, at every
@@ -87,11 +89,13 @@ def MakeMissionDiagram(
     Raises:
         InvalidInputError: there is no controller of such a name, or a port is missing or of another size.
     """
+    unseen = meshcat is None and builder is None  # who brings a builder may look at the scene with systems of their own
     builder = DiagramBuilder() if builder is None else builder
     # Sampled: else the supervisor would see states one step before those in the log, and recorded intervals would not
     # begin in the state in which their potentials and springs were anchored.
-    transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=True)
+    transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=True, visible=not unseen)
     transport_plant.plant.set_name("plant")
+    support = _add_support(builder, transport_plant)
     program = mission_program(mission, models, scenario)
     supervision = Supervision(program, scenario, models, num_steps)
     supervisor = builder.AddSystem(PlanSupervisor(supervision, models, scenario.controller.period))
@@ -133,7 +137,16 @@ def MakeMissionDiagram(
         log.set_name(f"log_{name}")
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return MissionDiagram(diagram, transport_plant, supervisor, logs, program, scenario, models, watching)
+    return MissionDiagram(diagram, transport_plant, support, supervisor, logs, program, scenario, models, watching)
+
+
+def _add_support(builder: DiagramBuilder, transport_plant: TransportPlant) -> ConstantVectorSource:
+    """What bears objects that rest, in place of the floor: generalized forces, zero until `execution.Resting` looks."""
+    plant = transport_plant.plant
+    support = builder.AddSystem(ConstantVectorSource(np.zeros(plant.num_velocities())))
+    support.set_name("support")
+    builder.Connect(support.get_output_port(), plant.get_applied_generalized_force_input_port())
+    return support
 
 
 def _add_controller(

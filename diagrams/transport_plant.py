@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, HalfSpace, SceneGraph
+from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, HalfSpace, Role, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
@@ -38,6 +38,7 @@ class TransportPlant:
     welds: tuple[Weld, ...]
     weld_ids: tuple[MultibodyConstraintId, ...]
     """In the order of `welds`. Welds are active in a new Context: see `ReleaseAll`."""
+    floor: GeometryId
 
     def ReleaseAll(self, plant_context: Context) -> None:
         """Makes every weld inactive; call it before Simulator.Initialize."""
@@ -46,7 +47,12 @@ class TransportPlant:
 
 
 def AddTransportPlant(
-    builder: DiagramBuilder, scenario: Scenario, models: MeasuredModels, *, sampled_outputs: bool = True
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    models: MeasuredModels,
+    *,
+    sampled_outputs: bool = True,
+    visible: bool = True,
 ) -> TransportPlant:
     """Adds a discrete MultibodyPlant (SAP) and its SceneGraph with everything in the scenario.
 
@@ -56,6 +62,7 @@ def AddTransportPlant(
     Args:
         sampled_outputs: whether accelerations, reaction forces and contact results are those of the latest step,
             which costs time in every step; else they are worked out anew whenever they are asked for.
+        visible: whether shapes that only eyes see are in the scene; a tenth of a step's time is spent on moving them.
 
     Raises:
         InvalidInputError: a model cannot be used.
@@ -74,7 +81,9 @@ def AddTransportPlant(
     plant.Finalize()
     assert plant.get_discrete_contact_approximation() == DiscreteContactApproximation.kLagged
     _filter_contact(plant, scene_graph, floor, agents, objects)
-    return TransportPlant(plant, scene_graph, agents, objects, welds, weld_ids)
+    if not visible:
+        _remove_visuals(plant, scene_graph)
+    return TransportPlant(plant, scene_graph, agents, objects, welds, weld_ids, floor)
 
 
 def _add_floor(plant: MultibodyPlant) -> GeometryId:
@@ -123,3 +132,14 @@ def _filter_contact(
     manager = scene_graph.collision_filter_manager()
     manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(rolling), GeometrySet([floor])))
     manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(grippers), GeometrySet(handles)))
+
+
+def _remove_visuals(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Leaves what can touch something."""
+    inspector, source = scene_graph.model_inspector(), plant.get_source_id()
+    for geometry in inspector.GetAllGeometryIds():
+        if inspector.GetProximityProperties(geometry) is None:
+            scene_graph.RemoveGeometry(source, geometry)
+            continue
+        for role in (Role.kIllustration, Role.kPerception):
+            scene_graph.RemoveRole(source, geometry, role)

@@ -14,6 +14,7 @@ from drake_ltl.errors import DrakeLtlError, ExecutionError
 from drake_ltl.execution.grasping import ApplyGrasps
 from drake_ltl.execution.log_reader import read_logs
 from drake_ltl.execution.recording import Recording
+from drake_ltl.execution.resting import Resting
 from drake_ltl.scenario import loads
 from drake_ltl.systems.signals import Phase
 
@@ -94,7 +95,7 @@ def _advance(
     """Empty when the mission is done, else why it cannot be, or should not go on."""
     context = simulator.get_mutable_context()
     supervisor = mission.supervisor
-    supervisor_context = supervisor.GetMyContextFromRoot(context)
+    supervisor_context, resting = supervisor.GetMyContextFromRoot(context), Resting(mission)
     _expect_own(mission, simulator.Initialize())
     while True:
         if supervisor.GetProgress(supervisor_context).phase is Phase.DONE:
@@ -104,6 +105,7 @@ def _advance(
             return f"a monitor saw: {seen[0]}"
         if supervisor.grasps_pending(supervisor_context):
             ApplyGrasps(mission, context)
+        resting.look(context)
         progress = supervisor.GetProgress(supervisor_context)
         if progress.phase is Phase.DONE:
             return ""
