@@ -15,8 +15,8 @@ class Violation:
     """One thing that does not hold, at its first occurrence and its worst. Printed as one line."""
 
     kind: str
-    """`data`, `run`, `monitor`, `start`, `motion`, `body`, `action`, `region`, `clearance`, `forbidden_region`, `workspace`,
-    `grasp`, `weld`, `object`, `heading`, `lyapunov`, `rest`, `loop` or `formula`."""
+    """`data`, `run`, `monitor`, `start`, `motion`, `body`, `action`, `region`, `clearance`, `forbidden_region`,
+    `workspace`, `grasp`, `weld`, `object`, `heading`, `lyapunov`, `rest`, `loop` or `formula`."""
     who: tuple[str, ...]
     """Names of members and regions."""
     what: str
