@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,9 @@ from drake_ltl.systems.monitors.monitor import Memory, Monitor
 from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.progress import Progress
 from drake_ltl.systems.signals import Phase
+
+LARGEST = 1e9
+"""Magnitude of a value."""
 
 
 class Look(NamedTuple):
@@ -77,4 +81,10 @@ class MissionMonitor(Monitor):
 
 
 def _violation(kind: str, look: Look, finding: Finding) -> Violation:
-    return Violation(kind, look.time, look.step, **vars(finding))
+    found = replace(finding, value=_bounded(finding.value))
+    return Violation(kind, look.time, look.step, **vars(found))
+
+
+def _bounded(value: float | None) -> float | None:
+    """A number that a recording can have; V can rise from nothing, or beyond all bounds."""
+    return None if value is None or np.isnan(value) else float(np.clip(value, -LARGEST, LARGEST))
