@@ -79,7 +79,7 @@ class Automaton:
         come back; so it suffices that no strongly connected set of pairs has (a, b) and (b, c), a != b.
         LTL cannot count, but an automaton for it may. Only a sufficient condition: False means unknown.
         """
-        n, columns = self.n_states, np.unique(self.successors, axis=1).T
+        n, columns = self.n_states, np.array([*{row.tobytes(): row for row in self.successors.T}.values()])
         if n * n * len(columns) > MOST_PAIRS:
             return False
         onwards = columns[:, :, None] * n + columns[:, None, :]  # of each pair (a, b), by each letter

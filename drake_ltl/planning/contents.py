@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,7 +26,7 @@ class Fitting:
 
     scenario: Scenario
     fits: Fits
-    answers: dict[tuple[str, int], bool] = field(default_factory=dict, compare=False)
+    answers: dict[tuple[Hashable, int], bool] = field(default_factory=dict, compare=False)
     contents: dict[int, Content] = field(default_factory=dict, compare=False)
     """By their numbers; the same ones are asked about in many regions."""
 
@@ -73,10 +74,16 @@ class Fitting:
 
     def _ask_all(self, region: int, codes: NDArray) -> NDArray[np.bool_]:
         where = self.scenario.regions[region]
-        return np.array([self._ask(where, code) for code in codes.tolist()], dtype=bool)
+        kind = self._kind(where)
+        return np.array([self._ask(where, kind, code) for code in codes.tolist()], dtype=bool)
 
-    def _ask(self, region: Region, code: int) -> bool:
-        key = (region.name, code)
+    def _kind(self, region: Region) -> Hashable:
+        """Regions of the same kind give the same answers."""
+        of_region = getattr(self.fits, "of_region", None)
+        return region.name if of_region is None else of_region(region)
+
+    def _ask(self, region: Region, kind: Hashable, code: int) -> bool:
+        key = (kind, code)
         if key not in self.answers:
             if code not in self.contents:
                 self.contents[code] = self._decode(code)

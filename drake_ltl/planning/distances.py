@@ -56,10 +56,13 @@ def between(
     """
     begun, home = distances(graph, begins, limit)[0], distances(back, ends, limit)[0]
     nodes = np.flatnonzero(begun + home < limit)
-    edges = np.flatnonzero(begun[graph.sources] + graph.weights + home[graph.targets] < limit)
+    edges, lengths = graph.edges_of(nodes), graph.starts[nodes + 1] - graph.starts[nodes]
+    sources = np.repeat(np.arange(len(nodes), dtype=np.int32), lengths)
+    useful = np.flatnonzero(begun[nodes][sources] + graph.weights[edges] + home[graph.targets[edges]] < limit)
+    sources, edges = sources[useful], edges[useful]
     number = np.full(graph.n_nodes, -1, dtype=np.int32)
     number[nodes] = np.arange(len(nodes))
-    smaller = Graph.of(len(nodes), number[graph.sources[edges]], number[graph.targets[edges]], graph.weights[edges])
+    smaller = Graph.of(len(nodes), sources, number[graph.targets[edges]], graph.weights[edges])
     return smaller, nodes, edges
 
 

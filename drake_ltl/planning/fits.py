@@ -25,22 +25,19 @@ class Content:
 
 def content_of(scenario: Scenario, state: State, region: str, carried: frozenset[str] = frozenset()) -> Content:
     """What stands in a region."""
-    inside = [
-        (agent, grasp)
-        for agent, at, grasp in zip(scenario.agent_names, state.agents, state.grasps, strict=True)
-        if at == region
-    ]
-    return Content(
-        free_agents=tuple(agent for agent, grasp in inside if grasp is None),
-        objects=tuple(o for o, at in zip(scenario.object_names, state.objects, strict=True) if at == region),
-        holds=tuple((agent, grasp) for agent, grasp in inside if grasp is not None),
-        carried=carried,
-    )
+    free, holds = [], []
+    for agent, at, grasp in zip(scenario.agent_names, state.agents, state.grasps, strict=True):
+        if at == region:
+            free += [agent] if grasp is None else []
+            holds += [] if grasp is None else [(agent, grasp)]
+    objects = [o for o, at in zip(scenario.object_names, state.objects, strict=True) if at == region]
+    return Content(tuple(free), tuple(objects), tuple(holds), carried)
 
 
 Fits = Callable[[Region, Content], bool]
 """P_{s,0}: whether the content fits in the region. It may have an attribute `counts_agents`, true if it asks how many
-agents are free and how many hold each object, never which."""
+agents are free and how many hold each object, never which; and `of_region`, a function that says on what of a region
+the answer depends."""
 
 
 def published_fits(rule: PublishedFits) -> Fits:
@@ -53,8 +50,13 @@ class _Counting:
     rule: PublishedFits
     counts_agents: bool = True
 
+    @staticmethod
+    def of_region(region: Region) -> None:
+        """Nothing: every region has the same capacity."""
+        del region
+
     def __call__(self, region: Region, content: Content) -> bool:
-        del region  # every region has the same capacity
+        del region
         weight = (
             self.rule.agent * len(content.free_agents)
             + self.rule.grasping * len(content.holds)

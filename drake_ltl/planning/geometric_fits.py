@@ -38,6 +38,11 @@ class GeometricFits:
         self._seed, self._geometry = scenario.seed, geometry
         self._answers: dict[tuple[float, float, tuple[Group, ...]], Packed | None] = {}
 
+    @staticmethod
+    def of_region(region: Region) -> tuple[float, float]:
+        """Its radius and the height of its centre [m]."""
+        return region.radius, region.centre[2]
+
     def __call__(self, region: Region, content: Content) -> bool:
         """P_{s,0}."""
         return self.packing(region, content) is not None
@@ -48,7 +53,7 @@ class GeometricFits:
         groups = {name: self._free(name) for name in content.free_agents}
         groups |= {obj: self._held(obj, content, ways[obj]) for obj in content.objects}
         order = sorted(groups, key=lambda name: repr(groups[name]))  # alike contents share an answer
-        packed = self._pack(region.radius, region.centre[2], tuple(groups[name] for name in order))
+        packed = self._pack(*self.of_region(region), tuple(groups[name] for name in order))
         return None if packed is None else self._named(region, content, ways, order, packed)
 
     def _pack(self, radius: float, height: float, groups: tuple[Group, ...]) -> Packed | None:

@@ -81,12 +81,11 @@ class Priced:
         return distances(self.marks.back, self.marks.least(sources, by_edge))[0]
 
     def some_loop(self) -> tuple[list[int], float]:
-        """A loop (its first node stands at its end too) and price + weight: the nearest mark first, all of them
-        from the cheapest node to see where this leads, and again from there."""
-        marks, first = self.marks, self.marks.collect(int(np.argmin(self.prices)))
-        return min(
-            (self.begun_best(marks.closed(marks.collect(at))) for at in (first[0], first[-1])), key=lambda loop: loop[1]
-        )
+        """A loop (its first node stands at its end too) and price + weight: from the cheapest node always on to the
+        nearest mark until all are collected, and from where that ends again, for there the loop begins well."""
+        marks = self.marks
+        last = marks.collect(int(np.argmin(self.prices)))[-1]
+        return self.begun_best(marks.closed(marks.collect(last)))
 
     def begun_best(self, loop: list[int]) -> tuple[list[int], float]:
         """A loop, begun in the one of its nodes where that is cheapest, and its price + weight."""
@@ -101,10 +100,10 @@ class Priced:
 
     def within(self, roots: NDArray, limit: float) -> tuple[Priced, NDArray[np.int64]]:
         """What loops of less price + weight than a limit can use that begin in some nodes, (R,); and the nodes of
-        this part that its nodes are."""
+        this part that its nodes are. Where no such loop can begin, the price is inf."""
         part, n = self.marks.part, len(self.prices)
-        prices = least(n, roots, self.prices[roots])
-        ends = least(n, roots, np.zeros(len(roots)))
+        roots = roots[self.bounds[roots] < limit]
+        prices, ends = least(n, roots, self.prices[roots]), least(n, roots, np.zeros(len(roots)))
         graph, nodes, edges = between(part.graph, self.marks.back, prices, ends, limit)
         smaller = Part(graph, part.marks[edges], part.nodes[nodes])
         return Priced(Marks(smaller, self.marks.full), prices[nodes]), nodes

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import count
 
 import numpy as np
@@ -28,17 +29,20 @@ FIRST_PRUNING = 4
 
 @dataclass(frozen=True, eq=False)
 class LoopProblem:
-    """R roots in a graph. All weights and prices are integers, all weights at least 1."""
+    """R roots in a graph. All weights are integers, at least 1."""
 
     graph: Graph
     roots: NDArray[np.int64]
     """(R,): nodes in which a loop begins; no goal is a root."""
     goals: NDArray[np.int64]
     """(R, T): nodes of which any closes the loop of the root."""
-    prices: NDArray[np.float64]
-    """(R,): what a root costs besides its loop."""
     features: NDArray[np.int64]
     """(R, F): rows that differ from root to root; they say how sets are split."""
+
+    @cached_property
+    def trees(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """From each root the least way to all n nodes, (R, n), and the node before it on that way, (R, n)."""
+        return dijkstra(self.graph.matrix(), indices=self.roots, return_predecessors=True)
 
 
 @dataclass(frozen=True)
@@ -51,20 +55,23 @@ class Loop:
     weight: float
 
 
-def cheapest_loop(problem: LoopProblem, limit: float) -> Loop | None:
-    """The loop of least price + weight below `limit`; None if there is none."""
-    at_once = len(problem.roots) * len(problem.graph.targets) <= MOST_AT_ONCE
-    return _by_each(problem, limit) if at_once else _by_sets(problem, limit)
+def cheapest_loop(problem: LoopProblem, prices: NDArray, limit: float) -> Loop | None:
+    """The loop of least price + weight below `limit`; None if there is none.
 
-
-def _by_each(problem: LoopProblem, limit: float) -> Loop | None:
-    """A search from each root."""
-    roots, prices = problem.roots, problem.prices
-    if not len(roots) or not prices.min() < limit:
+    Args:
+        problem: with R roots.
+        prices: (R,), integers: what a root costs besides its loop.
+        limit: may be inf.
+    """
+    if not len(prices) or not prices.min() < limit:
         return None
-    distance, before = dijkstra(
-        problem.graph.matrix(), indices=roots, return_predecessors=True, limit=limit - prices.min()
-    )
+    at_once = len(problem.roots) * len(problem.graph.targets) <= MOST_AT_ONCE
+    return _by_each(problem, prices, limit) if at_once else _by_sets(problem, prices, limit)
+
+
+def _by_each(problem: LoopProblem, prices: NDArray, limit: float) -> Loop | None:
+    """A search from each root."""
+    distance, before = problem.trees
     weights = prices[:, None] + np.take_along_axis(distance, problem.goals, axis=1)
     root, goal = np.unravel_index(np.argmin(weights), weights.shape)
     if not weights[root, goal] < limit:
@@ -72,10 +79,10 @@ def _by_each(problem: LoopProblem, limit: float) -> Loop | None:
     return Loop(int(root), tuple(way(before[root], problem.goals[root, goal])), float(weights[root, goal]))
 
 
-def _by_sets(problem: LoopProblem, limit: float) -> Loop | None:
+def _by_sets(problem: LoopProblem, prices: NDArray, limit: float) -> Loop | None:
     """Branch and bound."""
-    tree = _Tree(problem)
-    bounds, best, ticket = problem.prices.copy(), None, count()
+    tree = _Tree(problem, prices)
+    bounds, best, ticket = prices.copy(), None, count()
     queue = [(0.0, next(ticket), np.arange(len(bounds)))]
     while queue and queue[0][0] < limit:
         members = heapq.heappop(queue)[2]
@@ -112,8 +119,8 @@ class _Tree:
     Now and then the graph is cut down to what is still of use.
     """
 
-    def __init__(self, problem: LoopProblem):
-        self._prices = problem.prices
+    def __init__(self, problem: LoopProblem, prices: NDArray):
+        self._prices = prices
         self._nodes, self._age, self._prune_at = np.arange(problem.graph.n_nodes), 0, FIRST_PRUNING
         self._set(problem.graph, problem.roots, problem.goals)
 

@@ -42,8 +42,8 @@ class Marks:
     def since(self) -> NDArray[np.float64]:
         """(M, n): the least way from the end of an edge with each mark."""
         graph, offsets = self.part.graph, np.full((len(self.each), self.part.n_nodes), np.inf)
-        for mark in self.each:
-            offsets[mark, graph.targets[self._edges_with(mark)]] = 0.0
+        for mark, edges in enumerate(self._edges):
+            offsets[mark, graph.targets[edges]] = 0.0
         return distances(graph, offsets)[0]
 
     @cached_property
@@ -63,11 +63,12 @@ class Marks:
             nodes: (e,), for each edge a node.
             values: (e,)
         """
-        edges = map(self._edges_with, self.each)
-        return np.array([least(self.part.n_nodes, nodes[rows], values[rows]) for rows in edges])
+        return np.array([least(self.part.n_nodes, nodes[rows], values[rows]) for rows in self._edges])
 
-    def _edges_with(self, mark: int) -> NDArray[np.int64]:
-        return np.flatnonzero((self.part.marks & (1 << mark)) != 0)
+    @cached_property
+    def _edges(self) -> list[NDArray[np.int64]]:
+        """The edges with each mark."""
+        return [np.flatnonzero(self.part.marks & (1 << mark)) for mark in self.each]
 
     def collect(self, node: int) -> list[int]:
         """A walk from a node that meets all marks, always on to the nearest."""

@@ -75,9 +75,24 @@ def accepted(automaton: Automaton, rows: NDArray) -> NDArray[np.bool_]:
 
 def nearest_accepted(automaton: Automaton, word: Sequence[int], ways: NDArray) -> int | None:
     """The state to which the way (Q,) is least, if a word repeated for ever is accepted from there."""
-    good = accepted(automaton, row_of(automaton, word)[None])[0]
-    first = np.flatnonzero(good & (ways == ways.min()))
-    return int(first[0]) if len(first) else None
+    nearest = np.flatnonzero(ways == ways.min()).tolist()
+    return next((state for state in nearest if _is_accepted(automaton, word, state)), None)
+
+
+def _is_accepted(automaton: Automaton, word: Sequence[int], state: int) -> bool:
+    """Whether a word repeated for ever is accepted from a state: read, round by round, until a state comes again."""
+    rounds: dict[int, int] = {}
+    met: list[int] = []
+    while state not in rounds:
+        rounds[state] = len(met)
+        met.append(0)
+        for letter in word:
+            met[-1] |= int(automaton.marks[state, letter])
+            state = int(automaton.successors[state, letter])
+            if state < 0:
+                return False
+    recurring = np.bitwise_or.reduce(met[rounds[state] :])
+    return bool(automaton.accepts(recurring))
 
 
 def closed(automaton: Automaton, rows: NDArray) -> NDArray[np.bool_]:

@@ -90,17 +90,22 @@ def multiply(
     """
     n_system, states = system.n_nodes, np.arange(system.n_nodes, dtype=np.int32)
     alive = entered(automaton, letter) if alive is None else alive
-    goes_on, pieces, n_edges = automaton.successors >= 0, [], 0
+    lengths, pieces, n_edges = np.diff(system.starts), [], 0
     for q in range(automaton.n_states):
-        edge = system.edges_of(np.flatnonzero(alive[q]))
-        edge = edge[goes_on[q][letter][system.targets[edge]]]
+        nodes = np.flatnonzero(alive[q])
+        successors = automaton.successors[q].astype(np.int32)[letter]
+        onto = np.where(successors >= 0, successors * np.int32(n_system) + states, np.int32(-1))
+        edge, counts = system.edges_of(nodes), np.where(alive[q], lengths, 0)
+        target = onto[system.targets[edge]]
+        if (successors < 0).any():
+            read = np.flatnonzero(target >= 0)
+            edge, target = edge[read], target[read]
+            counts = np.bincount(system.sources[edge], minlength=n_system)
         n_edges += len(edge)
         if n_edges > most_edges:
             raise SearchLimitError(f"a product has more than {most_edges} edges")
-        target = system.targets[edge]
-        onto = (automaton.successors[q].astype(np.int32) * np.int32(n_system))[letter] + states
-        counts = np.bincount(system.sources[edge], minlength=n_system)
-        pieces.append((counts, onto[target], system.weights[edge], automaton.marks[q][letter][target]))
+        marks = automaton.marks[q][letter]
+        pieces.append((counts, target, system.weights[edge], marks[system.targets[edge]]))
     counts, targets, weights, marks = (np.concatenate(column) for column in zip(*pieces, strict=True))
     starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     return Product(Graph(starts, targets, weights), marks, n_system)
@@ -140,12 +145,13 @@ def accepting_part(product: Product, reachable: NDArray[np.bool_], full: int) ->
     """
     graph, sources = product.graph, product.graph.sources
     n_components, component = connected_components(graph.matrix(), connection="strong")
-    begins = np.where(reachable, component, -1)[sources]
-    inside = np.flatnonzero((begins >= 0) & (begins == component[graph.targets]))
-    collected = np.zeros(n_components, dtype=np.int64)
-    np.bitwise_or.at(collected, begins[inside], product.marks[inside])
-    good = collected == full
-    kept, nodes = inside[good[begins[inside]]], np.flatnonzero(reachable & good[component])
+    inside = component[sources] == component[graph.targets]
+    begun, collected = np.flatnonzero(np.diff(graph.starts)), np.zeros(n_components, dtype=np.int64)
+    if len(begun):
+        by_node = np.bitwise_or.reduceat(np.where(inside, product.marks, 0), graph.starts[begun])
+        np.bitwise_or.at(collected, component[begun], by_node)
+    good = reachable & (collected == full)[component]
+    nodes, kept = np.flatnonzero(good), np.flatnonzero(inside & good[sources])
     local = np.full(graph.n_nodes, -1, dtype=np.int32)
     local[nodes] = np.arange(len(nodes))
     smaller = Graph.of(len(nodes), local[sources[kept]], local[graph.targets[kept]], graph.weights[kept])

@@ -10,6 +10,7 @@ cheapest loop of its own, priced by the way to (q_0, s).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,11 @@ MOST_EDGES = 20_000_000
 """Of a level, before it is cut down to what is of use."""
 FEW_LAYERED_EDGES = 50_000
 """Not worth a look without marks first."""
+
+
+def are_few(marks: Marks) -> bool:
+    """Whether the marks' layers are so small that less would not be searched faster."""
+    return len(marks.part.marks) * marks.full <= FEW_LAYERED_EDGES
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,10 +119,13 @@ class Level:
         kept = np.flatnonzero((roots >= 0) & (goals >= 0))
         return Level(graph, self.shown[nodes], roots[kept], goals[kept], self.first[kept], self.labels[kept])
 
+    @cached_property
+    def _problem(self) -> LoopProblem:
+        return LoopProblem(self.graph, self.roots, self.goals[:, None], self.labels)
+
     def cheapest(self, prices: NDArray, limit: float) -> ReadLoop | None:
         """The loop of least price (R,) + weight below a limit."""
-        problem = LoopProblem(self.graph, self.roots, self.goals[:, None], prices, self.labels)
-        loop = cheapest_loop(problem, limit)
+        loop = cheapest_loop(self._problem, prices, limit)
         if loop is None:
             return None
         return ReadLoop(int(self.first[loop.root]), self.shown[list(loop.nodes)].tolist(), loop.weight)
@@ -140,8 +149,13 @@ class Rounds:
     prices: NDArray[np.float64]
     features: Features
 
-    def cheapest(self, marks: Marks, limit: float) -> tuple[ReadLoop | None, float]:
-        """The least loop below a limit that stays in a part of the product and is not closed there after one round.
+    def cheapest(self, marks: Marks, limit: float, first: int = 1) -> tuple[ReadLoop | None, float]:
+        """The least loop below a limit that stays in a part of the product.
+
+        Args:
+            marks: of the part.
+            limit: loops of this price + weight or more are not looked for.
+            first: level to begin with; 1 leaves out loops that are closed after one round.
 
         Returns:
             The loop, if one is known; and a bound below which there is none, at least its weight or the limit unless
@@ -151,10 +165,13 @@ class Rounds:
         roots = np.flatnonzero(priced.bounds < limit)
         if not len(roots):
             return None, limit
-        priced, _ = priced.within(roots, limit)
+        if are_few(marks):
+            priced = replace(priced, prices=np.where(priced.bounds < limit, priced.prices, np.inf))
+        else:
+            priced, _ = priced.within(roots, limit)
         best, low = None, -np.inf
         try:
-            if len(priced.marks.part.marks) * marks.full > FEW_LAYERED_EDGES:
+            if first > 0 and not are_few(priced.marks):
                 level = Level.unmarked(priced, len(self.prices), self.features)
                 relaxed = self._relaxed(self._next(level, limit), limit)
                 if relaxed is None:
@@ -164,8 +181,8 @@ class Rounds:
             if layers is None:
                 return None, low
             level = Level.of(priced, layers, len(self.prices), self.features)
-            for _ in range(self.automaton.n_states):
-                level = self._next(level, limit)
+            for number in range(first, self.automaton.n_states + 1):
+                level = self._next(level, limit) if number else level
                 relaxed = self._relaxed(level, limit)
                 if relaxed is None:
                     break

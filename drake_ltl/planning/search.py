@@ -23,7 +23,7 @@ from drake_ltl.planning.marks import Features, Marks
 from drake_ltl.planning.orbits import nearest_accepted
 from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply
 from drake_ltl.planning.profiles import all_profiles
-from drake_ltl.planning.rounds import Rounds
+from drake_ltl.planning.rounds import ReadLoop, Rounds, are_few
 from drake_ltl.planning.shares import least_loop
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.planning.weights import COST_UNIT, lexicographic
@@ -198,7 +198,9 @@ class _Search:
     def among(self, parts: list[Marks]) -> Lasso:
         """The least lasso whose loop keeps for ever to any of some accepting parts of products."""
         settled = self.automaton.never_counts
-        firsts = [self._closed_in(part, settled) for part in parts]
+        firsts = [
+            self._in_all_rounds(part) if settled and are_few(part) else self._closed_in(part, settled) for part in parts
+        ]
         best, bound = min(firsts, key=lambda first: first.weight), np.inf
         for part, first in zip(parts, firsts, strict=True):
             if first.later < best.weight:
@@ -220,8 +222,18 @@ class _Search:
                 return _Best(lasso, relaxed.weight, relaxed.weight, relaxed.weight)
             bound, known = relaxed.bound, relaxed.nodes
         closed = closed_loop(marks, to_node, self._features, known=known)
-        lasso = self._lasso(int(nodes[closed.nodes[0]]), self._states(marks, closed))
+        lasso = self._lasso(int(nodes[closed.nodes[0]]), self._states(marks, closed.nodes))
         return _Best(lasso, closed.weight, closed.bound, np.inf if settled and nearest else bound)
+
+    def _in_all_rounds(self, marks: Marks) -> _Best:
+        """The least lasso, whether its loop is closed at once or by later rounds."""
+        to_node = self.prefixes.distance[marks.part.nodes]
+        nodes, weight = Priced(marks, to_node).some_loop()
+        loop, bound = self._rounds.cheapest(marks, weight + 1.0, 0)  # finds the known one if there is no better one
+        if loop is not None:
+            return _Best(self._read(loop), loop.weight, bound, bound)
+        lasso = self._lasso(int(marks.part.nodes[nodes[0]]), self._states(marks, nodes))
+        return _Best(lasso, weight, bound, bound)
 
     def _to_state(self, marks: Marks) -> NDArray[np.float64]:
         """(n,): the least way to the state of TS of each node, whatever the automaton's state."""
@@ -232,15 +244,15 @@ class _Search:
         states, system = nodes % self.system.n_states, self.system
         return np.column_stack([system.places[states], system.options[states], nodes // self.system.n_states])
 
-    def _states(self, marks: Marks, closed: ClosedLoop) -> list[int]:
-        """The loop's states of TS, the first one at its end again."""
-        return (marks.part.nodes[closed.nodes] % self.system.n_states).tolist()
+    def _states(self, marks: Marks, loop: list[int]) -> list[int]:
+        """A loop's states of TS, from its nodes; the first one stands at its end again."""
+        return (marks.part.nodes[loop] % self.system.n_states).tolist()
 
     def _accepted_anyhow(self, marks: Marks, loop: ClosedLoop) -> Lasso | None:
         """The lasso of the loop and the shortest way to its first state, if its word is accepted."""
         if loop.weight > loop.bound:
             return None
-        states = self._states(marks, loop)
+        states = self._states(marks, loop.nodes)
         q = nearest_accepted(self.automaton, self.letter[states[1:]].tolist(), self.prefixes.by_state()[:, states[0]])
         return None if q is None else self._lasso(q * self.system.n_states + states[0], states)
 
@@ -248,17 +260,20 @@ class _Search:
         """The shortest way to product node `root`, then a loop that begins in the same state of TS."""
         return Lasso(tuple(self.prefixes.path(root)[:-1]), tuple(states[:-1]), True, 0.0)
 
+    @property
+    def _rounds(self) -> Rounds:
+        by_state = self.prefixes.by_state()
+        return Rounds(self.automaton, self.letter, by_state, by_state.min(axis=0), self._features)
+
+    def _read(self, loop: ReadLoop) -> Lasso:
+        return self._lasso(loop.first * self.system.n_states + loop.states[0], loop.states)
+
     def _in_rounds(self, marks: Marks, best: _Best) -> _Best:
         """Exact search for a loop that is better than the best known and not closed after one round (`rounds`);
         `later` says how far it came if that is too much to search."""
-        by_state = self.prefixes.by_state()
-        rounds = Rounds(self.automaton, self.letter, by_state, by_state.min(axis=0), self._features)
-        loop, bound = rounds.cheapest(marks, best.weight)
+        loop, bound = self._rounds.cheapest(marks, best.weight)
         best = replace(best, later=max(best.later, bound))
-        if loop is None:
-            return best
-        lasso = self._lasso(loop.first * self.system.n_states + loop.states[0], loop.states)
-        return replace(best, lasso=lasso, weight=loop.weight)
+        return best if loop is None else replace(best, lasso=self._read(loop), weight=loop.weight)
 
     def _over_profiles(self, marks: Marks, best: _Best) -> _Best:
         """As `_in_rounds`, by the profiles of words (`profiles`), for automata that may count."""
@@ -271,8 +286,9 @@ class _Search:
                 later = profiles.closed_later(q) if (prices < best.weight).any() else None
                 if later is None:
                     continue
-                problem = self._profile_problem(*later, prices, best.weight, usable)
-                loop = cheapest_loop(problem, best.weight)
+                begins = np.flatnonzero(prices < best.weight)
+                problem = self._profile_problem(*later, begins, usable)
+                loop = cheapest_loop(problem, prices[begins], best.weight)
                 if loop is not None:
                     states = usable.states[np.array(loop.nodes) % len(usable.states)].tolist()
                     lasso = self._lasso(q * self.system.n_states + states[0], states)
@@ -281,20 +297,18 @@ class _Search:
             return best
         return replace(best, later=best.weight)
 
-    def _profile_problem(
-        self, reader: Automaton, final: NDArray, prices: NDArray, weight: float, usable: _Usable
-    ) -> LoopProblem:
-        """Loops of TS with words that are read to a final state."""
+    def _profile_problem(self, reader: Automaton, final: NDArray, states: NDArray, usable: _Usable) -> LoopProblem:
+        """Loops of TS that begin in some states and whose words are read to a final state."""
         if reader.n_states * max(len(usable.graph.targets), len(usable.states)) > MOST_EDGES:
             raise SearchLimitError(f"a product with {reader.n_states} profiles is too large")
         letter = self.letter[usable.states]
         alive = entered(reader, letter)
         alive[reader.initial] = True  # nothing has been read
         graph = multiply(usable.graph, letter, reader, alive).graph
-        n_states, states = len(usable.states), np.flatnonzero(prices < weight)
+        n_states = len(usable.states)
         goals = states[:, None] + np.flatnonzero(final) * n_states
         roots = states + reader.initial * n_states
-        return LoopProblem(graph, roots, goals, prices[states], self._features(usable.states[states]))
+        return LoopProblem(graph, roots, goals, self._features(usable.states[states]))
 
 
 @dataclass(frozen=True, eq=False)

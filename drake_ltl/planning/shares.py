@@ -66,8 +66,8 @@ def layered_loop(priced: Priced, features: Features, limit: float, most_edges: i
     if not len(roots):
         return [], limit
     rows = features(priced.marks.part.nodes[roots])
-    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], priced.prices[roots], rows)
-    loop = cheapest_loop(problem, limit)
+    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], rows)
+    loop = cheapest_loop(problem, priced.prices[roots], limit)
     return ([], limit) if loop is None else (layers.nodes[list(loop.nodes)].tolist(), loop.weight)
 
 
@@ -79,11 +79,8 @@ class _Look:
 
     def at(self, roots: NDArray, limit: float) -> tuple[list[int], float] | None:
         """The cheapest loop that begins in one of some nodes; as `layered_loop`."""
-        roots = roots[self.priced.bounds[roots] < limit]
-        if not len(roots):
-            return [], limit
         priced, nodes = self.priced.within(roots, limit)
-        if not len(nodes):
+        if not np.isfinite(priced.prices).any():
             return [], limit
         found = layered_loop(priced, self.features, limit, self.most_edges)
         return None if found is None else (nodes[found[0]].tolist() if found[0] else [], found[1])

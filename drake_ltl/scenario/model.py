@@ -213,4 +213,8 @@ class Scenario(Shown):
 
     def region(self, name: str) -> Region:
         """The region called `name`; KeyError if there is none."""
-        return {region.name: region for region in self.regions}[name]
+        return self._regions[name]
+
+    @cached_property
+    def _regions(self) -> dict[str, Region]:
+        return {region.name: region for region in self.regions}

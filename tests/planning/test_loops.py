@@ -36,7 +36,7 @@ def graph_of(edges, n=N):
 def test_cheapest_loop_against_one_search_per_root(at_once, edges, prices, limit):
     """Roots 0 to 2, each with two of the nodes 3 to 5 as goals; parallel edges occur."""
     goals = np.array([[3, 4], [4, 5], [5, 3]])
-    problem = LoopProblem(graph_of(edges), np.arange(3), goals, np.array(prices, dtype=float), np.arange(3)[:, None])
+    problem = LoopProblem(graph_of(edges), np.arange(3), goals, np.arange(3)[:, None])
     oracle = nx.DiGraph()
     oracle.add_nodes_from(range(N))
     for source, target, weight in sorted(edges, key=lambda edge: -edge[2]):
@@ -49,7 +49,7 @@ def test_cheapest_loop_against_one_search_per_root(at_once, edges, prices, limit
     ]
     expected = min((cost for cost in costs if cost < limit), default=None)
     with mock.patch("drake_ltl.planning.loops.MOST_AT_ONCE", 1000 if at_once else -1):
-        loop = cheapest_loop(problem, float(limit))
+        loop = cheapest_loop(problem, np.array(prices, dtype=float), float(limit))
     if expected is None:
         assert loop is None
         return
@@ -108,8 +108,8 @@ def test_layers_keep_the_cheapest_loop_with_all_marks(edges, prices):
     assert priced.bounds.min() <= best <= weight
     layers = priced.layers(weight + 1.0, 1000)
     roots = layers.nodes[layers.roots]
-    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], prices[roots], roots[:, None])
-    assert cheapest_loop(problem, weight + 1.0).weight == best
+    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], roots[:, None])
+    assert cheapest_loop(problem, prices[roots], weight + 1.0).weight == best
     assert priced.layers(weight + 1.0, 0) is None
     for limit in (best, weight + 1.0):
         for most_edges in (0, 12, 20, 1000):

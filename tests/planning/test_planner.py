@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InfeasibleError, InvalidInputError
-from drake_ltl.planning import models, plan, planner, search
+from drake_ltl.planning import models, plan, planner, rounds, search
 from drake_ltl.planning.certificate import check, transition_fault
 from drake_ltl.planning.costs import sum_of_ways
 from drake_ltl.planning.factored import search as factored
@@ -279,6 +279,7 @@ def test_limits_cost_the_proof_not_the_plan(make_scenario, spec, monkeypatch):
     scenario = make_scenario({"a1": (1.0, spec)}, {}, centres)
     start = State(("r0",), (), (None,))
     best = plan(scenario, start, anything_fits)
+    monkeypatch.setattr(rounds, "FEW_LAYERED_EDGES", -1)
     monkeypatch.setattr(search, "MOST_LAYERS", 0)
     monkeypatch.setattr(search, "MOST_PROFILES", 0)
     found = plan(scenario, start, anything_fits)
@@ -295,6 +296,7 @@ def test_loops_are_shared_out_where_they_are_many(case, most_edges, status, requ
     scenario, start = request.getfixturevalue(case)
     fits = published_fits(scenario.fits)
     best = plan(scenario, start, fits)
+    monkeypatch.setattr(rounds, "FEW_LAYERED_EDGES", -1)
     monkeypatch.setattr(search, "MOST_LAYERED_EDGES", most_edges)
     found = plan(scenario, start, fits, system=form(scenario, fits, sum_rule(scenario)))
     assert found.status == status

@@ -273,6 +273,6 @@ class ReadLoops:
         states = np.flatnonzero(np.isfinite(prices))
         goals = states[:, None] + np.flatnonzero(self._final) * n_states
         roots = states + initial * n_states
-        problem = LoopProblem(local.product.graph, roots, goals, prices[states], local.features(states))
-        loop = cheapest_loop(problem, limit) if len(states) else None
+        problem = LoopProblem(local.product.graph, roots, goals, local.features(states))
+        loop = cheapest_loop(problem, prices[states], limit)
         return (np.inf, []) if loop is None else (loop.weight, list(loop.nodes))
