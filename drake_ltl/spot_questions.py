@@ -6,10 +6,16 @@ anything but a small formula is given to a child process, which is ended when a 
 
 from __future__ import annotations
 
+import os
 import re
+import resource
+import time
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, TypeVar
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.processes import apart
 from drake_ltl.spot_support import require_spot
 
@@ -18,6 +24,21 @@ T = TypeVar("T")
 OPTIONS = "simul-max=128"
 """Reductions by simulation take exponential time in the number of states and are left out of larger automata. Smaller
 than that, all automata of the usual missions are."""
+
+MOST_TIME = 10.0
+"""For one question, unless whoever asks says how long [s]. Automata that can be searched are made much sooner."""
+LEAST_TIME = 0.5
+"""For one question after many that were given up [s]."""
+RECOVERY = 60.0
+"""Time after which a question that was given up is forgiven [s]."""
+MOST_MEMORY = 4 * 2**30
+"""That the answer to one question may take [bytes]."""
+
+_hopeless: dict[tuple[object, ...], SearchLimitError] = {}
+"""Questions for which time was over: whoever asks again is told at once."""
+
+_given_up: list[float] = []
+"""When [s]."""
 
 _MOST_OPERATORS = 6
 _MOST_CHARACTERS = 400
@@ -36,20 +57,67 @@ def ask(question: Callable[..., T], formula: str, *more: object, seconds: float 
 
     Args:
         question: returns something that can be pickled, not an object of Spot's.
-        seconds: time for it; None: any.
+        seconds: time for it; None: MOST_TIME.
 
     Raises:
-        TimeoutError: time is over.
-        SearchLimitError: memory was short.
+        TimeoutError: the given time is over.
+        SearchLimitError: MOST_TIME is over, or the answer is beyond MOST_MEMORY or Spot itself.
     """
-    return question(formula, *more) if is_quick(formula) else apart(question, formula, *more, seconds=seconds)
+    try:
+        if is_quick(formula):
+            return question(formula, *more)
+        return _ask_apart(question, formula, *more, seconds=seconds)
+    except (RuntimeError, MemoryError) as error:  # of more sets of acceptance than Spot was built for, for instance
+        raise _too_large(formula, "beyond what Spot can do") from error
 
 
 def automaton(formula: str, *kind: str, options: str = OPTIONS) -> Any:
-    """The `spot.twa_graph` of a formula; `kind` and `options` as for `spot.translate`."""
+    """The `spot.twa_graph` of a formula; `kind` and `options` as for `spot.translate`.
+
+    Raises:
+        SearchLimitError: as `ask`.
+    """
     if is_quick(formula):
         return _translated(formula, kind, options)
-    return require_spot().automaton(apart(_in_hoa, formula, kind, options))
+    return require_spot().automaton(ask(_in_hoa, formula, kind, options))
+
+
+def _ask_apart(question: Callable[..., T], formula: str, *more: object, seconds: float | None) -> T:
+    if seconds is not None:
+        return apart(_modestly, question, formula, *more, seconds=seconds)
+    case = (question, formula, repr(more))
+    if case in _hopeless:
+        raise _hopeless[case]
+    patience = _patience()
+    try:
+        return apart(_modestly, question, formula, *more, seconds=patience)
+    except TimeoutError as error:
+        _given_up.append(time.monotonic())
+        _hopeless[case] = _too_large(formula, f"not made within {patience:g} s")
+        raise _hopeless[case] from error
+
+
+def _patience() -> float:
+    """Time for the next question [s]: half as much for each that was given up within the last minute.
+
+    A formula of many parts that are all too much would else take that many times MOST_TIME.
+    """
+    lately = sum(time.monotonic() - end < RECOVERY for end in _given_up)
+    return max(LEAST_TIME, MOST_TIME / 2**lately)
+
+
+def _modestly(question: Callable[..., T], *arguments: object) -> T:
+    """In the child: libraries that run out of memory end the process, with words of their own."""
+    with suppress(OSError, ValueError):
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MOST_MEMORY,) * 2)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    return question(*arguments)
+
+
+def _too_large(formula: str, why: str) -> SearchLimitError:
+    start = formula if len(formula) <= 60 else f"{formula[:57]}..."
+    return SearchLimitError(f"the automaton of {start!r} ({len(formula)} characters) is {why}; write a shorter formula")
 
 
 def is_contradiction(formula: str) -> bool:

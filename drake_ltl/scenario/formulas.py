@@ -16,6 +16,8 @@ from drake_ltl.spot_support import require_spot
 
 MAX_LENGTH = 10_000
 """Characters of a formula; Spot's recursion exhausts the stack on nestings some ten times as deep."""
+MAX_DEPTH = 200
+"""Operators inside each other; what walks through formulas calls itself for each."""
 
 _LOGIC = "write LTL: ! & | -> <-> X F G U W R M, parentheses and propositions"
 
@@ -109,7 +111,17 @@ def _parsed(value: Any) -> tuple[str, list[str]]:
         raise UnfitValueError(f"{shown(formula)} is no formula: {_first_error(spot, result)}", _LOGIC)
     if not result.f.is_ltl_formula():
         raise UnfitValueError(f"{shown(formula)} goes beyond linear temporal logic", _LOGIC)
+    if _is_deeper(result.f, MAX_DEPTH):
+        raise UnfitValueError(f"{shown(formula)} is nested too deeply", f"write at most {MAX_DEPTH} levels")
     return formula, sorted(proposition.ap_name() for proposition in spot.atomic_prop_collect(result.f))
+
+
+def _is_deeper(formula: Any, most: int) -> bool:
+    """Level by level: each part is looked at once on each, however often it occurs there."""
+    level = {formula.id(): formula}
+    for _ in range(most + 1):
+        level = {part.id(): part for whole in level.values() for part in whole}
+    return bool(level)
 
 
 def _first_error(spot: Any, result: Any) -> str:

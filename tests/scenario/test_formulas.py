@@ -11,7 +11,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_ltl.scenario import formulas, loads
+from drake_ltl.scenario import formulas, loads, table
 from drake_ltl.scenario.names import RESERVED
 from drake_ltl.spot_support import require_spot
 
@@ -90,8 +90,9 @@ def test_formula_over_several_lines_is_stored_on_one(data):
     assert loads(yaml.safe_dump(data)).agents[0].spec == "GF pi2 & F pi1"
 
 
-@pytest.mark.parametrize("nesting", ["!", "X", "(", "G(pi1 | X ", "pi1 U "])
+@pytest.mark.parametrize("nesting", ["!", "(", "pi1 U "])
 def test_longest_formulas_do_not_exhaust_the_stack(data, nesting):
+    """Spot simplifies all these as it reads them."""
     depth = (formulas.MAX_LENGTH - 3) // (len(nesting) + nesting.count("("))
     data["agents"]["a1"]["spec"] = nesting * depth + "pi1" + ")" * (nesting.count("(") * depth)
     scenario = loads(yaml.safe_dump(data, width=10**6))
@@ -103,3 +104,23 @@ def test_longer_formulas_are_refused(data, complaints):
     (mistake,) = complaints(data)
     assert mistake.where == "agents.a1.spec"
     assert dataclasses.asdict(mistake)["remedy"] == f"write at most {formulas.MAX_LENGTH}"
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "X" * 201 + " pi1",
+        " -> ".join(["pi1", "pi2"] * 110),
+        "pi1" + " U (pi2 R (pi1" * 101 + "))" * 101,
+    ],
+)
+def test_formulas_that_are_nested_too_deeply(formula):
+    with pytest.raises(table.UnfitValueError, match="nested too deeply"):
+        formulas.check_member_formula(formula, None)
+
+
+@pytest.mark.parametrize(
+    "formula", ["X" * 200 + " pi1", "(" * 4000 + "pi1" + ")" * 4000, " & ".join(["F pi1", "pi2"] * 500)]
+)
+def test_long_formulas_that_are_not(formula):
+    assert formulas.check_member_formula(formula, None) == formula
