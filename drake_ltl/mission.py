@@ -19,8 +19,11 @@ from drake_ltl.planning.mission_planner import plan_mission
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import check_starts
 from drake_ltl.systems.preflight import check_fields
+from drake_ltl.visualization.live_control import LiveControl
+from drake_ltl.visualization.live_page import ServeLivePage
 from drake_ltl.visualization.meshcat_scene import MakeMeshcat
-from drake_ltl.visualization.recorded_page import StartPage, WritePage, captions_of, legend_of
+from drake_ltl.visualization.page_data import live_page_data, recorded_page_data
+from drake_ltl.visualization.recorded_page import StartPage, WritePage
 
 
 def measure(scenario: Scenario) -> MeasuredModels:
@@ -53,6 +56,7 @@ def simulate(
     suffix_rounds: int = 1,
     keep_going: bool = False,
     live: bool = False,
+    realtime_rate: float = 1.0,
     page: Path | None = None,
     graphviz: Path | None = None,
     disturb: Callable[[MissionDiagram, Context], None] | None = None,
@@ -64,7 +68,8 @@ def simulate(
 
     Args:
         keep_going: what monitors see is recorded, but does not end the run.
-        live: show the run in a browser while it goes on, at a computer's own pace; `announce` is told the address.
+        live: show the run in a browser while it goes on; `announce` is told the address.
+        realtime_rate: at which a live run begins; 0 for as fast as the computer can.
         page: write a page here that replays the run.
         graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
         disturb: changes the context in which the run starts, which controllers know nothing of (masses, for instance).
@@ -84,17 +89,19 @@ def simulate(
         announce(f"the run is not watched for {formula}: {reason}")
     if graphviz is not None:
         write_graphviz(diagram.diagram, graphviz)
-    if live:
-        announce(f"watch at {meshcat.web_url()}")
+    pace = LiveControl(meshcat, diagram, scenario, steps, rate=realtime_rate) if live else None
+    if pace is not None:
+        server = ServeLivePage(meshcat, live_page_data(mission, scenario), lambda: pace.status)
+        announce(f"watch at {server.url}")
     if page is not None:
         StartPage(meshcat, live=live)
     context = diagram.CreateStartContext()
     if disturb is not None:
         disturb(diagram, context)
-    result = RunMission(diagram, num_steps=steps, keep_going=keep_going, report=report, simulator=Simulator(diagram.diagram, context))
+    simulator = Simulator(diagram.diagram, context)
+    result = RunMission(diagram, num_steps=steps, keep_going=keep_going, report=report, simulator=simulator, pace=pace)
     if page is not None:
-        recording = result.recording
-        WritePage(meshcat, page, captions_of(recording), title=scenario.name, legend=legend_of(recording))
+        WritePage(meshcat, page, recorded_page_data(result.recording, scenario))
     return result
 
 

@@ -36,6 +36,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
     parser.add_argument("--keep-going", action="store_true", help="go on when a monitor sees something wrong")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
+    parser.add_argument("--realtime-rate", type=_rate, metavar="R", help=_RATE_HELP)
     parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
     parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
     parser.add_argument("--json", type=file_path, metavar="OUT", help="write the verdict")
@@ -78,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
             suffix_rounds=rounds,
             keep_going=args.keep_going,
             live=args.meshcat,
+            realtime_rate=1.0 if args.realtime_rate is None else args.realtime_rate,
             page=args.record,
             graphviz=args.graphviz,
             announce=complain,
@@ -102,6 +104,20 @@ def run(args: argparse.Namespace) -> int:
         complain("interrupted")
         return INTERRUPTED
     return SUCCESS if verdict.satisfied else FAILURE
+
+
+_RATE_HELP = "simulated seconds per second of a --meshcat run, until the page's buttons change it; 0: as many as the "
+_RATE_HELP += "computer can (default: 1)"
+
+
+def _rate(text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = -1.0
+    if not 0.0 <= rate <= 1000.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 0 to 1000")
+    return rate
 
 
 def _rounds(text: str) -> int:

@@ -52,24 +52,27 @@ def run(args: argparse.Namespace) -> int:
     return _replay(recording, scenario, args.record)
 
 
-def _replay(recording: Recording, scenario: Scenario, page: Path | None) -> int:
+def _replay(recording: Recording, scenario: Scenario, path: Path | None) -> int:
     # Drake takes a while to load: only now is it sure to be needed.
     from drake_ltl.multibody import MeasureGeometry
     from drake_ltl.visualization.meshcat_scene import MakeMeshcat
-    from drake_ltl.visualization.recorded_page import StartPage, WritePage, captions_of, legend_of
+    from drake_ltl.visualization.page_data import recorded_page_data
+    from drake_ltl.visualization.page_server import PageServer
+    from drake_ltl.visualization.recorded_page import MakePage, StartPage, WritePage
     from drake_ltl.visualization.replay import PublishReplay
 
     models, meshcat = MeasureGeometry(scenario), MakeMeshcat()
     StartPage(meshcat)
     with _progress() as report:
         PublishReplay(recording, scenario, models, meshcat, report=report)
-    if page is not None:
-        WritePage(meshcat, page, captions_of(recording), title=scenario.name, legend=legend_of(recording))
-        console().print(f"wrote {page}", highlight=False, markup=False, soft_wrap=True)
+    data = recorded_page_data(recording, scenario)
+    if path is not None:
+        WritePage(meshcat, path, data)
+        console().print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
         return SUCCESS
-    meshcat.StopRecording()
-    meshcat.PublishRecording()
-    complain(f"watch at {meshcat.web_url()} (animation controls: Open Controls; Ctrl-C ends)")
+    page = MakePage(meshcat, data)
+    server = PageServer({"/": lambda: page})
+    complain(f"watch at {server.url} (Ctrl-C ends)")
     _wait()
     return SUCCESS
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
@@ -34,6 +35,20 @@ class RunProgress:
     waiting_for: tuple[str, ...]
 
 
+class Pace(Protocol):
+    """Somebody who watches a run and may hold it up."""
+
+    @property
+    def period(self) -> float:
+        """Simulated time after which `hold` is called again [s]."""
+
+    def hold(self, simulator: Simulator) -> None:
+        """Called between advances; returns when the run may go on."""
+
+    def finish(self, simulator: Simulator, reason: str) -> None:
+        """Called when the run is over, with the reason if it ended early."""
+
+
 @dataclass(frozen=True)
 class Run:
     """A recording, and how long the run took by the wall's clock (which no recording carries)."""
@@ -61,6 +76,7 @@ def RunMission(
     report: Callable[[RunProgress], None] | None = None,
     simulator: Simulator | None = None,
     keep_going: bool = False,
+    pace: Pace | None = None,
 ) -> Run:
     """Runs until `num_steps` steps are done, a monitor sees something wrong, a step exceeds its time limit, a check
     fails, or Ctrl-C.
@@ -69,18 +85,21 @@ def RunMission(
     exceptions are defects of a program, and pass.
 
     Args:
-        report: called once per simulated second.
+        report: called once per simulated second, with a pace oftener.
         simulator: one whose context is the diagram's (`CreateStartContext`); made here if not given.
         keep_going: what monitors see is recorded, but does not end the run.
+        pace: somebody who watches; without one the run is as fast as the computer.
     """
     simulator = Simulator(mission.diagram, mission.CreateStartContext()) if simulator is None else simulator
     begin, cpu, interrupted = time.perf_counter(), time.process_time(), False
     try:
-        reason = _advance(mission, simulator, num_steps, report, keep_going)
+        reason = _advance(mission, simulator, num_steps, report, pace, keep_going)
     except KeyboardInterrupt:
         reason, interrupted = "interrupted", True
     except (DrakeLtlError, RuntimeError) as error:  # Drake's own checks raise RuntimeError
         reason = " ".join(str(error).split())
+    if pace is not None:
+        pace.finish(simulator, reason)
     wall_seconds, cpu_seconds = time.perf_counter() - begin, time.process_time() - cpu
     return Run(read_logs(mission, simulator.get_context(), num_steps, reason), wall_seconds, interrupted, cpu_seconds)
 
@@ -90,6 +109,7 @@ def _advance(
     simulator: Simulator,
     num_steps: int,
     report: Callable[[RunProgress], None] | None,
+    pace: Pace | None,
     keep_going: bool,
 ) -> str:
     """Empty when the mission is done, else why it cannot be, or should not go on."""
@@ -115,13 +135,16 @@ def _advance(
         limit = mission.scenario.simulation.step_time_limit
         if context.get_time() - progress.step_start > limit:
             return f"step {progress.count + 1} did not finish within {limit:g} s: {'; '.join(waiting)}"
-        _expect_own(mission, simulator.AdvanceTo(_next_boundary(mission, context.get_time())))
+        if pace is not None:
+            pace.hold(simulator)
+        period = REPORT_PERIOD if pace is None else pace.period
+        _expect_own(mission, simulator.AdvanceTo(_next_boundary(mission, context.get_time(), period)))
 
 
-def _next_boundary(mission: MissionDiagram, now: float) -> float:
+def _next_boundary(mission: MissionDiagram, now: float, period: float) -> float:
     """A time of a plant's step, to the last bit: else the boundary would be a sample of its own next to the step's."""
     time_step = mission.transport_plant.plant.time_step()
-    return round((now + REPORT_PERIOD) / time_step) * time_step
+    return max(round((now + period) / time_step), round(now / time_step) + 1) * time_step
 
 
 def _look_once_more(mission: MissionDiagram, root_context: Context) -> None:

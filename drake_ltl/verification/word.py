@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from drake_ltl.execution.recording import NOTHING, Recording
@@ -36,11 +36,21 @@ def readings(recording: Recording, scenario: Scenario, spans: Sequence[Span]) ->
     found = []
     for sample, grasp_sample in zip(state_samples(spans), grasp_samples, strict=True):
         regions = {member: region_at(recording, scenario, member, sample) for member in members}
-        offered = [labels(scenario, member, region) for member, region in regions.items() if region is not None]
         welded = zip(recording.agents, recording.grasp[grasp_sample].tolist(), strict=True)
         grasps = {agent: None if index == NOTHING else recording.objects[index] for agent, index in welded}
-        found.append(Reading(float(recording.time[sample]), regions, grasps, frozenset().union(*offered)))
+        found.append(Reading(float(recording.time[sample]), regions, grasps, _letter(scenario, regions)))
     return found
+
+
+def letter_at(recording: Recording, scenario: Scenario, sample: int) -> Letter:
+    """What the poses of one sample show."""
+    members = (*recording.agents, *recording.objects)
+    return _letter(scenario, {member: region_at(recording, scenario, member, sample) for member in members})
+
+
+def _letter(scenario: Scenario, regions: Mapping[str, str | None]) -> Letter:
+    offered = [labels(scenario, member, region) for member, region in regions.items() if region is not None]
+    return frozenset().union(*offered)
 
 
 def last_round(recording: Recording, num_states: int) -> tuple[int, int] | None:

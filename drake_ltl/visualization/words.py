@@ -27,11 +27,15 @@ def actions_words(actions: Iterable[Mapping[str, Any]]) -> list[str]:
 
 def step_heading(step: StepRecord, recording: Recording) -> str:
     """Such as `Step 3 of 11 (prefix)`; steps are counted from 1 for people."""
-    return f"Step {step.number + 1} of {len(recording.steps)} ({_part(step.number, recording)})"
+    return run_heading(step.number, len(recording.steps), recording.prefix_length, recording.suffix_length)
 
 
-def _part(number: int, recording: Recording) -> str:
-    moves_to_loop = recording.prefix_length
-    if number < moves_to_loop or recording.suffix_length == 0:
+def run_heading(number: int, num_steps: int, prefix_length: int, suffix_length: int) -> str:
+    """The heading of step `number`, from 0, of a run of so many steps."""
+    return f"Step {number + 1} of {num_steps} ({_part(number, prefix_length, suffix_length)})"
+
+
+def _part(number: int, prefix_length: int, suffix_length: int) -> str:
+    if number < prefix_length or suffix_length == 0:
         return "prefix"
-    return f"suffix, round {(number - moves_to_loop) // recording.suffix_length + 1}"
+    return f"suffix, round {(number - prefix_length) // suffix_length + 1}"

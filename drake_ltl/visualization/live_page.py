@@ -1,0 +1,47 @@
+"""A page that shows a mission while it runs: Meshcat's own page with the overlay, served beside it."""
+
+from __future__ import annotations
+
+import urllib.request
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pydrake.geometry import Meshcat
+
+from drake_ltl.errors import ExecutionError
+from drake_ltl.visualization.page_data import PageData
+from drake_ltl.visualization.page_overlay import with_overlay
+from drake_ltl.visualization.page_server import PATIENCE, PageServer
+
+_ADDRESS = "url = location.toString();"
+"""Where Meshcat's page works out whom to connect to."""
+
+
+def ServeLivePage(meshcat: Meshcat, data: PageData, status: Callable[[], Mapping[str, Any]]) -> PageServer:
+    """Serves the page at `.url` of what is returned.
+
+    Args:
+        status: makes what the page asks for ten times a second; called from another thread.
+
+    Raises:
+        ExecutionError: Meshcat's page is not as Drake's releases have it.
+    """
+    url = meshcat.web_url()
+    page = live_page(_page_of(url), url, data)
+    return PageServer({"/": lambda: page, "/status": status}, behind=url)
+
+
+def live_page(page: str, meshcat_url: str, data: PageData) -> str:
+    """Meshcat's page, such that it can be served elsewhere, with the overlay.
+
+    Raises:
+        ExecutionError: it is not as Drake's releases have it.
+    """
+    if page.count(_ADDRESS) != 1:
+        raise ExecutionError("Meshcat's page is not as expected: use a release of Drake that pyproject.toml allows")
+    return with_overlay(page.replace(_ADDRESS, f'url = "{meshcat_url}/";'), data)
+
+
+def _page_of(url: str) -> str:
+    with urllib.request.urlopen(f"{url}/", timeout=PATIENCE) as answer:
+        return answer.read().decode("utf-8")
