@@ -92,6 +92,7 @@ class RegionMonitor(MissionMonitor):
         before: int | None = memory.notes
         memory.notes = look.step
         if before is not None and before != look.step:
-            last = self._program.index(look.step - 1)
-            yield from self._arrived(last, False).findings(self._end_centres(look).reshape(-1, 3))
+            centres = self._end_centres(look).reshape(-1, 3)
+            for number in range(before, look.step):  # several only if they took no time
+                yield from self._arrived(self._program.index(number), False).findings(centres)
         yield from self._staying(look.index, look.done).findings(look.signal.reshape(-1, 3))
