@@ -5,7 +5,7 @@ PYTHON ?= $(shell for p in python3.11 python3.12 python3.10 python3.13 python3; 
 BIN := .venv/bin
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: help install demo test fast bench lint clean
+.PHONY: help install demo test fast bench lint docs package clean
 
 help:
 	@echo "make demo   plan, simulate and verify examples/case_ii.yaml; results under out/"
@@ -13,6 +13,8 @@ help:
 	@echo "make fast   tests without whole missions"
 	@echo "make bench  measure planning, simulation, load sharing and navigation functions; results in out/benchmark_*.json"
 	@echo "make lint   ruff"
+	@echo "make docs   the documentation's site in out/site, notebooks run anew"
+	@echo "make package  wheel and sdist in out/dist, installed and tried outside the checkout"
 	@echo "make clean  remove .venv and out"
 
 install: .venv/installed
@@ -22,6 +24,7 @@ install: .venv/installed
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(BIN)/python -m compileall -q drake_ltl diagrams models
 	@touch $@
 
 demo: install
@@ -45,6 +48,17 @@ bench: install
 lint: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+docs: .venv/docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	@echo "open out/site/index.html"
+
+.venv/docs: .venv/installed
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	@touch $@
+
+package: install
+	.ci/check_package $(BIN)/python
 
 clean:
 	rm -rf .venv out

@@ -9,12 +9,9 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from drake_ltl.api import planning_geometry, planning_problem
-from drake_ltl.cli.outcome import console, file_path, working
-from drake_ltl.cli.plan import PLAN_TIME_HELP, planned, seconds
+from drake_ltl.cli.outcome import TIME_LIMIT_HELP, console, file_path, seconds, working
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import DrakeLtlError, InfeasibleError, SearchLimitError
-from drake_ltl.scenario import load
 
 if TYPE_CHECKING:
     from drake_ltl.planning.fits import Fits
@@ -38,12 +35,16 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         epilog="example: drake-ltl explain examples/forbidden_room.yaml",
     )
     parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
-    parser.add_argument("--time-limit", type=seconds, metavar="S", help=PLAN_TIME_HELP)
+    parser.add_argument("--time-limit", type=seconds, metavar="S", help=TIME_LIMIT_HELP)
     parser.set_defaults(run=run, method="auto", json=None)
 
 
 def run(args: argparse.Namespace) -> int:
     """Prints one section after the other; 0 if there is a plan, else 1."""
+    from drake_ltl.api import planning_geometry, planning_problem
+    from drake_ltl.cli.planning import planned
+    from drake_ltl.scenario import load
+
     scenario = load(args.file)
     _show("What is asked for", formula_lines(scenario))
     _show("What formulas may name", proposition_lines(scenario))

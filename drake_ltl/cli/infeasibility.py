@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from drake_ltl.cli.outcome import complain
 from drake_ltl.errors import DrakeLtlError
-from drake_ltl.planning.fits import Fits
-from drake_ltl.planning.plan import State
-from drake_ltl.scenario.model import Scenario
+
+if TYPE_CHECKING:
+    from drake_ltl.planning.fits import Fits
+    from drake_ltl.planning.plan import State
+    from drake_ltl.scenario.model import Scenario
 
 EXPLANATION_TIME = 10.0
 """For finding out [s]."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 import argparse
 import logging
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from drake_ltl.api import planning_problem
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import check_writable, complain, console, file_path, write_json
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import InfeasibleError, NoPlacesError, SearchLimitError, naming_file
-from drake_ltl.execution.recording import Recording
-from drake_ltl.scenario import load
+
+if TYPE_CHECKING:
+    from drake_ltl.execution.recording import Recording
 
 REPORT = ("recording.npz", "verdict.json", "plan.json")
 """Files in the folder of `--report`, beside its figures."""
@@ -50,10 +50,14 @@ def run(args: argparse.Namespace) -> int:
     outputs = (args.json, args.record, args.graphviz)
     check_writable(*outputs, source=args.file, replaced=args.recording, folder=args.report, inside=REPORT)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
+
+    from drake_ltl.scenario import load
+
     scenario = load(args.file)
 
     # Drake takes a while to load: only now is it sure to be needed.
     from drake_ltl import mission
+    from drake_ltl.api import planning_problem
     from drake_ltl.planning.plan_json import plan_to_json
     from drake_ltl.planning.table import plan_table
     from drake_ltl.verification import to_json, verdict_table, verify

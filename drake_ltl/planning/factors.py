@@ -108,7 +108,7 @@ def boxes(scenario: Scenario, can_carry: CanCarry) -> Iterator[Box]:
         teams = {j: tuple(i for i in range(n_agents) if carries[i] == j) for j in range(n_objects) if j in carries}
         if not all(strong(j, team) for j, team in teams.items()):
             continue
-        others = pairs[~np.isin(pairs.objects, tuple(teams))]
+        others = pairs[np.array([j not in teams for j in pairs.objects.tolist()])]
         holding = {j: pairs[(pairs.objects == j) & (pairs.acts == 0)] for j in teams}
         yield Box(
             tuple(teams),

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from drake_ltl.cli import plan
+from drake_ltl.cli import planning
 
 PLAN_KEYS = {
     "scenario",
@@ -189,7 +189,7 @@ def test_interruption(drake_ltl, shuttle_file, monkeypatch):
     def interrupted(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plan, "plan_by", interrupted)
+    monkeypatch.setattr(planning, "plan_by", interrupted)
     result = drake_ltl("plan", shuttle_file)
     assert result.status == 130
     assert result.err == "interrupted\n"

@@ -29,7 +29,7 @@ def stuck(*args, **options):
 EPILOGUE = "\nsys.argv[0] = 'drake-ltl'\ncli.entry_point()\n"
 
 LOADING = "cli.make_parser = stuck"
-PLANNING = "from drake_ltl.cli import plan; plan.plan_by = stuck"
+PLANNING = "from drake_ltl.cli import planning; planning.plan_by = stuck"
 SIMULATING = """
 from drake_ltl.cli import simulate
 original = simulate._reporter
@@ -120,8 +120,8 @@ def test_interrupted_while_spot_translates(hard_file, command):
 
 def test_an_ignored_interrupt_stays_ignored(examples):
     """As shells have it for jobs in the background, and `nohup` for SIGHUP."""
-    change = "from drake_ltl.cli import plan; load = plan.load\n"
-    change += "plan.load = lambda file: (os.kill(os.getppid(), 2), os.kill(os.getpid(), 2), load(file))[2]"
+    change = "from drake_ltl import scenario; load = scenario.load\n"
+    change += "scenario.load = lambda file: (os.kill(os.getppid(), 2), os.kill(os.getpid(), 2), load(file))[2]"
     command = Running(change, "plan", examples / "case_i.yaml", shell="trap '' INT")
     assert command.end() == (0, "")
 
@@ -150,7 +150,7 @@ def test_time_runs_out_during_an_explanation(examples, tmp_path):
     """It is known by then that there is no plan."""
     text = (examples / "case_i.yaml").read_text(encoding="utf-8").replace('"GF pi3"', '"GF pi3 & G !pi3"')
     (tmp_path / "case_i.yaml").write_text(text, encoding="utf-8")
-    change = "from drake_ltl.cli import plan; plan.explain = stuck"
+    change = "from drake_ltl.cli import infeasibility; infeasibility.explain = stuck"
     options = ("--time-limit", "2", "--json", tmp_path / "plan.json")
     status, err = Running(change, "plan", tmp_path / "case_i.yaml", *options).end()
     assert status == 1
@@ -161,7 +161,7 @@ def test_time_runs_out_during_an_explanation(examples, tmp_path):
 
 def test_a_command_that_is_killed(examples, tmp_path):
     """As the system does where memory is short."""
-    change = "from drake_ltl.cli import plan; plan.plan_by = lambda *args, **options: os.kill(os.getpid(), 9)"
+    change = "from drake_ltl.cli import planning; planning.plan_by = lambda *args, **options: os.kill(os.getpid(), 9)"
     assert Running(change, "plan", examples / "case_i.yaml").end() == (
         137,
         "ended by SIGKILL; perhaps memory was short\n",
