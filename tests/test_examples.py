@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,6 @@ from drake_ltl.planning.geometric_fits import GeometricFits
 from drake_ltl.planning.initial import initial_state
 from drake_ltl.planning.methods import plan_by
 from drake_ltl.scenario import load
-from drake_ltl.scenario.starter import STARTER
 from drake_ltl.scenario.starts import check_starts
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -86,13 +86,6 @@ def test_a_mission_is_carried_out(name):
     run(load(EXAMPLES / f"{name}.yaml"))
 
 
-@pytest.mark.mission
-def test_the_starter_s_mission_is_carried_out():
-    from drake_ltl.scenario import loads
-
-    run(loads(STARTER))
-
-
 def run(scenario) -> None:
     from drake_ltl import mission
     from drake_ltl.verification import verify
@@ -101,3 +94,16 @@ def run(scenario) -> None:
     planned = mission.plan_and_place(scenario, models)
     verdict = verify(mission.simulate(planned, scenario, models).recording, scenario)
     assert verdict.satisfied, verdict.violations
+
+
+@pytest.mark.mission
+@pytest.mark.parametrize("script", ["own_controller", "transport_by_hand"])
+def test_a_script_that_builds_a_diagram_does_what_it_says(script, capsys):
+    """differential_drive and tune_kappa have tests of what they call."""
+    assert import_module(f"drake_ltl.examples.{script}").main() == 0, capsys.readouterr().out
+
+
+def test_each_script_is_listed():
+    listing = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+    for path in EXAMPLES.glob("[!_]*.py"):
+        assert path.name in listing

@@ -1,0 +1,34 @@
+"""What a release says of itself agrees everywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+import drake_ltl
+
+REPOSITORY = Path(__file__).parents[1]
+
+
+def test_versions_agree():
+    tomllib = pytest.importorskip("tomllib", reason="tomllib is part of Python from 3.11 on")
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+    assert project["version"] == drake_ltl.__version__ == citation["version"]
+    assert f"## {drake_ltl.__version__}" in (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_the_citation_names_the_paper_and_the_licence():
+    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["cff-version"] == "1.2.0"
+    assert citation["license"] == "BSD-3-Clause"
+    assert "Temporal Logic Formulas" in citation["preferred-citation"]["title"]
+
+
+def test_every_page_of_the_documentation_is_in_its_navigation():
+    """Strict builds look at links; a page that nothing names would only be announced."""
+    text = (REPOSITORY / "mkdocs.yml").read_text(encoding="utf-8")
+    pages = {str(path.relative_to(REPOSITORY / "docs")) for path in (REPOSITORY / "docs").rglob("*.md")}
+    assert {page for page in pages if f": {page}\n" not in text} == set()
