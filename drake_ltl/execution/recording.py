@@ -11,6 +11,7 @@ import dataclasses
 import json
 import os
 import tempfile
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,8 @@ from drake_ltl.monitoring.violation import Violation
 from drake_ltl.scenario.table import shown
 
 FORMAT = "drake_ltl recording"
+LARGEST_RATIO = 100
+"""Of unpacked to packed size; recordings have 2 to 10, and archives that are made to fill the memory have 1000."""
 NOTHING = -1
 """In `grasp`: holds no object."""
 
@@ -167,6 +170,7 @@ class Recording:
         return recording
 
 
+_CUT_OFF = "is a damaged archive: it is cut off, or was changed"
 _ANEW = "make a new one with `simulate`"
 
 
@@ -180,10 +184,19 @@ def _check_kind(path: Path | str, first: bytes) -> None:
 def _read(path: Path | str, file: BinaryIO) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Header and arrays of an archive that is a recording, of this version or an older one."""
     try:
+        size = file.seek(0, os.SEEK_END)
+        with zipfile.ZipFile(file) as parts:
+            unpacked = sum(part.file_size for part in parts.infolist())
+        file.seek(0)
+    except Exception as error:
+        raise _mistake(path, _CUT_OFF, "copy it again") from error
+    if unpacked > max(LARGEST_RATIO * size, 10**7):
+        raise _mistake(path, f"unpacks to {unpacked // size} times its size", _ANEW)
+    try:
         with np.load(file, allow_pickle=False) as archive:
             arrays = dict(archive) if "header" in archive else {}
     except Exception as error:  # damage shows in zipfile, zlib or numpy, in each in many ways
-        raise _mistake(path, "is a damaged archive: it is cut off, or was changed", "copy it again") from error
+        raise _mistake(path, _CUT_OFF, "copy it again") from error
     try:
         header = json.loads(arrays.pop("header").tobytes())
         is_recording = header["format"] == FORMAT

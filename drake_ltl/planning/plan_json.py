@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from drake_ltl.planning.plan import Action, Plan, State
@@ -47,27 +46,6 @@ def no_plan_json(scenario: Scenario, status: str = "infeasible") -> dict[str, An
     }
 
 
-def plan_from_json(data: Mapping[str, Any], scenario: Scenario) -> Plan:
-    """The plan that `plan_to_json` wrote for the same scenario.
-
-    Raises:
-        KeyError: something is missing; TypeError: there was no plan.
-    """
-    return Plan(
-        prefix=tuple(state_from_json(state, scenario) for state in data["prefix"]),
-        suffix=tuple(state_from_json(state, scenario) for state in data["suffix"]),
-        moves=tuple(tuple(action_from_json(action) for action in actions) for actions in data["steps"]),
-        prefix_cost=data["prefix_cost"],
-        suffix_cost=data["suffix_cost"],
-        lower_bound=data["lower_bound"],
-        status=data["status"],
-        alpha=data.get("alpha", 1.0),
-        beta=data.get("beta", 1.0),
-        counts=dict(data["counts"]),
-        seconds=dict(data["seconds"]),
-    )
-
-
 def state_to_json(state: State, scenario: Scenario) -> dict[str, Any]:
     """{"agents": {a1: pi1}, "objects": {o1: pi2}, "grasps": {a1: null}}"""
     agents, objects = scenario.agent_names, scenario.object_names
@@ -76,15 +54,6 @@ def state_to_json(state: State, scenario: Scenario) -> dict[str, Any]:
         "objects": dict(zip(objects, state.objects, strict=True)),
         "grasps": dict(zip(agents, state.grasps, strict=True)),
     }
-
-
-def state_from_json(data: Mapping[str, Any], scenario: Scenario) -> State:
-    """The inverse of `state_to_json`."""
-    return State(
-        tuple(data["agents"][name] for name in scenario.agent_names),
-        tuple(data["objects"][name] for name in scenario.object_names),
-        tuple(data["grasps"][name] for name in scenario.agent_names),
-    )
 
 
 def action_to_json(action: Action) -> dict[str, Any]:
@@ -96,8 +65,3 @@ def action_to_json(action: Action) -> dict[str, Any]:
         "from": action.start,
         "to": action.goal,
     }
-
-
-def action_from_json(data: Mapping[str, Any]) -> Action:
-    """The inverse of `action_to_json`."""
-    return Action(data["kind"], tuple(data["agents"]), data["from"], data["to"], data["object"])

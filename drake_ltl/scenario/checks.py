@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -59,9 +58,10 @@ def check_regions(regions: tuple[Region, ...], workspace_radius: float | None, t
         if excess > ROUNDING:
             what = f"the region reaches {excess:.4g} m beyond the workspace of radius {workspace_radius:g}"
             table.note(table.where(region.name), what, "move it towards the origin, or let it be smaller")
-    for first, second in itertools.combinations(sound, 2):
-        overlap = first.radius + second.radius - math.dist(first.centre, second.centre)
-        if overlap > ROUNDING:
+    for index, second in enumerate(sound):
+        overlaps = ((f.radius + second.radius - math.dist(f.centre, second.centre), f) for f in sound[:index])
+        overlap, first = next(((o, f) for o, f in overlaps if o > ROUNDING), (0.0, second))
+        if overlap:
             what = f"the region overlaps region {shown(first.name)} by {overlap:.4g} m"
             table.note(table.where(second.name), what, "move them apart, or let them be smaller")
 

@@ -12,6 +12,8 @@ T = TypeVar("T")
 
 LARGEST = 1e9
 """Largest magnitude of a number; squared distances of larger ones lose all digits."""
+MOST_ENTRIES = 300
+"""Regions, agents or objects; no planner comes near, and pairs of them are looked at."""
 SMALLEST = 1e-9
 """Smallest positive number; the reciprocal of a smaller one is useless."""
 
@@ -74,7 +76,11 @@ class Table:
         return Table(self._entries.get(key), self.where(key), self.mistakes)
 
     def tables(self) -> Iterator[tuple[Any, Table]]:
-        """All entries as maps, by key: what a user named freely."""
+        """All entries as maps, by key: what a user named freely. Nothing, and a mistake, if there are too many."""
+        if len(self._entries) > MOST_ENTRIES:
+            self.note(self.path, f"there are {len(self._entries)}", f"write at most {MOST_ENTRIES}")
+            self.sound = False
+            return
         for key, value in self._entries.items():
             yield key, Table(value, self.where(key), self.mistakes)
 
@@ -88,8 +94,11 @@ class Table:
 
     def close(self) -> None:
         """Notes every key that nobody asked for."""
-        for key in self._entries:
-            if key not in self._known:
+        unknown = [key for key in self._entries if key not in self._known]
+        if len(unknown) > MOST_ENTRIES:
+            self.note(self.path or "the file", f"{len(unknown)} keys are unknown", f"use {listing(self._known)}")
+        else:
+            for key in unknown:
                 remedy = f"{did_you_mean(key, self._known)}known keys: {listing(self._known)}"
                 self.note(self.where(key), "is not a known key", remedy)
 

@@ -16,8 +16,10 @@ import yaml
 
 from drake_ltl.errors import InvalidInputError, Mistake
 
-MAX_BYTES = 200_000
-"""A scenario is a page or two of text; more is a mistake, and would take minutes to parse."""
+MAX_BYTES = 100_000
+"""A scenario is a page or two of text; more is a mistake, and would take long to parse."""
+MAX_DEPTH = 50
+"""Maps and lists inside each other."""
 HUGE = 10**sys.int_info.default_max_str_digits
 """What stands for whole numbers of more digits."""
 
@@ -33,6 +35,8 @@ class _PlainLoader(yaml.SafeLoader):
         for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
     }
 
+    _depth = 0
+
     def compose_node(self, parent: Any, index: Any) -> Any:
         event = self.peek_event()
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
@@ -42,7 +46,12 @@ class _PlainLoader(yaml.SafeLoader):
             )
         if event.tag is not None:  # `spec: ! pi3` would lose its negation without a murmur
             raise yaml.MarkedYAMLError(problem=f"the tag {event.tag} is not read here", problem_mark=event.start_mark)
-        return super().compose_node(parent, index)
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise RecursionError
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen = set()

@@ -192,6 +192,12 @@ def test_other_archives(tmp_path):
     assert OTHER_ARCHIVE in refusal(tmp_path / "some.zip")
 
 
+def test_an_archive_that_would_fill_the_memory(tmp_path):
+    """8 GB of zeros in 8 MB; here less."""
+    np.savez_compressed(tmp_path / "bomb.npz", header=np.zeros(3, dtype=np.uint8), x=np.zeros(3 * 10**6))
+    assert "times its size" in refusal(tmp_path / "bomb.npz")
+
+
 PARTS = "is a damaged recording: its parts do not fit together"
 
 

@@ -21,7 +21,7 @@ from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.graphs import automaton_hoa, plan_dot, product_graph, transition_graph
 from drake_ltl.planning.outputs import write_outputs
 from drake_ltl.planning.plan import State
-from drake_ltl.planning.plan_json import plan_from_json
+from drake_ltl.planning.plan_reader import plan_from_json
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import form
 from drake_ltl.scenario.formulas import global_formula

@@ -8,10 +8,12 @@ import json
 import pytest
 from rich.console import Console
 
+from drake_ltl.errors import InvalidInputError
 from drake_ltl.planning import plan
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
-from drake_ltl.planning.plan_json import no_plan_json, plan_from_json, plan_to_json
+from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
+from drake_ltl.planning.plan_reader import plan_from_json
 from drake_ltl.planning.table import plan_table
 
 
@@ -92,5 +94,5 @@ def test_json_without_a_plan(case_i):
     data = no_plan_json(case_i[0])
     assert (data["scenario"], data["status"], data["cost"], data["prefix"]) == ("test", "infeasible", None, None)
     assert set(data["counts"].values()) == {None}
-    with pytest.raises(TypeError):
+    with pytest.raises(InvalidInputError, match="status: 'infeasible' is unknown"):
         plan_from_json(data, case_i[0])

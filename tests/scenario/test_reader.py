@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from pathlib import Path
@@ -393,3 +394,28 @@ def test_byte_order_mark_is_skipped(tmp_path, data):
     path = tmp_path / "scenario.yaml"
     path.write_text(yaml.safe_dump(data), encoding="utf-8-sig")
     assert load(str(path)).name == "small"
+
+
+def test_more_of_a_kind_than_anybody_plans_with(data, complaints):
+    """One line, not one for each pair."""
+    for kind in ("regions", "agents", "objects"):
+        many = copy.deepcopy(data)
+        ((_, entry), *_) = many[kind].items()
+        many[kind] = {f"m{number}": entry for number in range(301)}
+        assert f"{kind}: there are 301; write at most 300" in map(str, complaints(many))
+    (mistake,) = [m for m in complaints({f"key{n}": n for n in range(301)} | data) if "unknown" in m.what]
+    assert mistake.what == "301 keys are unknown"
+
+
+def test_a_region_is_said_to_overlap_once(data, complaints):
+    data["regions"] |= {f"s{n}": {"centre": [0, 0, 9], "radius": 1} for n in range(5)}
+    found = [m.where for m in complaints(data) if "overlaps" in m.what]
+    assert found == [f"regions.s{n}" for n in range(1, 5)]
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 60, "{a: " * 60, "- " * 60, "a:\n" + "".join(" " * n + "b:\n" for n in range(1, 60))]
+)
+def test_nesting(text):
+    with pytest.raises(InvalidInputError, match="is nested too deeply"):
+        loads(text)
