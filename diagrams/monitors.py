@@ -11,9 +11,9 @@ from drake_ltl.diagrams.transport_plant import TransportPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.monitoring.duties import Members, duties, expected_start, regions_of
+from drake_ltl.monitoring.duties import Duty, Members, duties, expected_start, regions_of
 from drake_ltl.monitoring.prefixes import prefixes
-from drake_ltl.monitoring.spheres import apart, arrived, forbidden, staying, workspace
+from drake_ltl.monitoring.spheres import Rule, apart, arrived, forbidden, staying, workspace
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.plan_json import action_to_json
 from drake_ltl.scenario.formulas import labels, offers
@@ -22,25 +22,23 @@ from drake_ltl.systems.monitors.body_monitors import GeometryMonitor, WeldMonito
 from drake_ltl.systems.monitors.control_monitors import LyapunovMonitor, TorqueMonitor
 from drake_ltl.systems.monitors.member_centres import MemberCentres, anchored_centres
 from drake_ltl.systems.monitors.mission_monitor import Look, MissionMonitor
-from drake_ltl.systems.monitors.sphere_monitor import RegionMonitor, SphereMonitor
+from drake_ltl.systems.monitors.sphere_monitor import ArrivalMonitor, SphereMonitor
 from drake_ltl.systems.monitors.word_monitor import Watched, WordMonitor
 from drake_ltl.systems.plan_supervisor import PlanSupervisor
 from drake_ltl.systems.program import MissionProgram, start_configuration
 from drake_ltl.systems.state_places import StatePlaces
 
 LONGEST_PERIODS = {
-    "clearance": 0.05,
-    "forbidden_region": 0.1,
-    "workspace": 0.1,
-    "region": 0.1,
-    "geometry": 0.1,
-    "lyapunov": 0.05,
+    "spheres": 0.1,
+    "arrival": 0.2,
+    "word": 0.2,
+    "lyapunov": 0.2,
     "torque": 0.05,
     "weld": 0.1,
-    "word": 0.1,
+    "geometry": 0.4,
 }
-"""Time between two looks of each monitor is at most this [s], see `periods`. At 2 m/s a body moves by 10 cm between two
-looks at clearances: spheres of 1 m then come at most 1 mm nearer to each other than at both of them."""
+"""Time between two looks of each monitor is at most this [s], see `periods`. At 2 m/s a body moves by 16 cm between two
+looks at spheres: two of 0.5 m then come at most 4 mm nearer to each other than at both looks."""
 
 
 def periods(time_step: float) -> dict[str, float]:
@@ -72,8 +70,8 @@ def AddMonitors(
     """
     plant = transport_plant.plant
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
-    centres = builder.AddSystem(MemberCentres(places, models))
-    builder.Connect(plant.get_state_output_port(), centres.get_state_input_port())
+    centres = builder.AddSystem(MemberCentres(plant, transport_plant.agents, transport_plant.objects))
+    builder.Connect(plant.get_body_poses_output_port(), centres.get_body_poses_input_port())
     period = periods(scenario.simulation.time_step)
     made = [
         *_sphere_monitors(program, scenario, models, period),
@@ -110,22 +108,20 @@ def _sphere_monitors(
     start = expected_start(members, scenario, _start_centres(program, models))
     todo = duties(start, [[action_to_json(action) for action in step.actions] for step in program.steps])
     size = 3 * len(members.names)
-    rules = {
-        "clearance": partial(apart, members=members),
-        "forbidden_region": partial(forbidden, members=members, scenario=scenario),
-        "workspace": partial(workspace, members=members, scenario=scenario),
-    }
+
+    def rule(duty: Duty) -> Rule:
+        where = [ways(duty, members, scenario) for ways in (forbidden, workspace, staying)]
+        return Rule.joined([apart(duty, members), *where])
+
     end_centres = _end_centres(models)
     watched, unwatched = _watched(scenario)
     return [
-        *(SphereMonitor(name, period[name], program, todo, size, rule) for name, rule in rules.items()),
-        RegionMonitor(
-            "region",
-            period["region"],
+        SphereMonitor(period["spheres"], program, todo, size, rule),
+        ArrivalMonitor(
+            period["arrival"],
             program,
             todo,
             size,
-            staying=partial(staying, members=members, scenario=scenario),
             arrived=partial(arrived, members=members, scenario=scenario),
             end_centres=end_centres,
         ),

@@ -7,7 +7,7 @@ and the members of one team are held against each other as agents.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -27,16 +27,28 @@ class Rule:
     Row k is the distance of ball a_k from ball b_k, or from a fixed point where b_k is negative.
     """
 
+    name: tuple[str, ...]
     a: np.ndarray
     b: np.ndarray
     point: np.ndarray
     """(n, 3) [m] in W; used where b < 0."""
     limit: np.ndarray
     """(n,) [m]: radii added up, or taken from one another."""
-    sign: float
-    """1: what is left is distance - limit, which must be positive; -1: limit - distance, which must not be negative."""
+    sign: np.ndarray
+    """(n,) 1: what is left is distance - limit, which must be positive; -1: limit - distance, which must not be
+    negative."""
     who: tuple[tuple[str, ...], ...]
     what: tuple[str, ...]
+
+    @staticmethod
+    def joined(rules: Sequence[Rule]) -> Rule:
+        """All rows of some rules."""
+        arrays = ("a", "b", "point", "limit", "sign")
+        texts = ("name", "who", "what")
+        return Rule(
+            **{key: np.concatenate([getattr(rule, key) for rule in rules]) for key in arrays},
+            **{key: tuple(row for rule in rules for row in getattr(rule, key)) for key in texts},
+        )
 
     def left(self, centres: np.ndarray) -> np.ndarray:
         """(n,) clearances [m] of balls with centres (N + M, 3)."""
@@ -47,9 +59,9 @@ class Rule:
     def findings(self, centres: np.ndarray) -> Iterator[Finding]:
         """Rows that are violated."""
         left = self.left(centres)
-        bad = left <= 0.0 if self.sign > 0.0 else left < -ROUNDING
+        bad = left <= np.where(self.sign > 0.0, 0.0, -ROUNDING)
         for row in np.flatnonzero(bad).tolist():
-            yield Finding(self.who[row], self.what[row], float(left[row]), 0.0, "m")
+            yield Finding(self.who[row], self.what[row], float(left[row]), 0.0, "m", self.name[row])
 
 
 def apart(duty: Duty, members: Members) -> Rule:
@@ -63,11 +75,12 @@ def apart(duty: Duty, members: Members) -> Rule:
         rows += combinations(team, 2)
     number = {name: index for index, name in enumerate(members.names)}
     return Rule(
+        name=("clearance",) * len(rows),
         a=np.array([number[a] for (a, _, _), _ in rows], dtype=int),
         b=np.array([number[b] for _, (b, _, _) in rows], dtype=int),
         point=np.zeros((len(rows), 3)),
         limit=np.array([r + s for (_, r, _), (_, s, _) in rows]),
-        sign=1.0,
+        sign=np.ones(len(rows)),
         who=tuple((a, b) for (a, _, _), (b, _, _) in rows),
         what=tuple(f"{a} and {b} overlap" for (_, _, a), (_, _, b) in rows),
     )
@@ -83,6 +96,7 @@ def forbidden(duty: Duty, members: Members, scenario: Scenario) -> Rule:
         if region.name not in (mover.start, mover.goal)
     ]
     return _from_points(
+        "forbidden_region",
         members,
         [(mover.name, region.centre, radius[mover.name] + region.radius) for mover, region in rows],
         1.0,
@@ -95,6 +109,7 @@ def workspace(duty: Duty, members: Members, scenario: Scenario) -> Rule:
     """All balls stay within the workspace, a ball about the world's origin."""
     balls = list(_balls(duty, members))
     return _from_points(
+        "workspace",
         members,
         [(name, (0.0, 0.0, 0.0), scenario.workspace_radius - radius) for name, radius, _ in balls],
         -1.0,
@@ -120,6 +135,7 @@ def _inside(members: Members, scenario: Scenario, expected: Expected, names: lis
     radius = {**members.agent_radius, **members.object_radius}
     rows = [(name, scenario.region(place)) for name in names if (place := expected.region(name)) is not None]
     return _from_points(
+        "region",
         members,
         [(name, region.centre, region.radius - radius[name]) for name, region in rows],
         -1.0,
@@ -140,15 +156,16 @@ def _balls(duty: Duty, members: Members) -> Iterator[tuple[str, float, str]]:
         yield mover.name, members.team_radius[mover.name], str(mover)
 
 
-def _from_points(members: Members, rows: list, sign: float, who: tuple, what: tuple) -> Rule:
+def _from_points(kind: str, members: Members, rows: list, sign: float, who: tuple, what: tuple) -> Rule:
     """Of rows (whose centre, point, limit)."""
     number = {name: index for index, name in enumerate(members.names)}
     return Rule(
+        name=(kind,) * len(rows),
         a=np.array([number[name] for name, _, _ in rows], dtype=int),
         b=np.full(len(rows), -1),
         point=np.array([point for _, point, _ in rows], dtype=float).reshape(-1, 3),
         limit=np.array([limit for _, _, limit in rows], dtype=float),
-        sign=sign,
+        sign=np.full(len(rows), sign),
         who=who,
         what=what,
     )

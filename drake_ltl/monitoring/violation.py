@@ -50,3 +50,5 @@ class Finding:
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+    monitor: str = ""
+    """Name of the rule; empty if that of the monitor will do."""

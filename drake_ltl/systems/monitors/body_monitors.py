@@ -99,6 +99,7 @@ class GeometryMonitor(BodyMonitor):
         self._distance = SceneDistance(agents, list(models.objects.values()))
 
     def _findings(self, look: Look, memory: Memory) -> Iterator[Finding]:
-        poses = {name: look.signal[rows] for name, rows in self._places.pose.items()}
-        for (a, b), distance in self._distance(self._q(look.signal), poses, within=0.0).items():
+        x = look.signal
+        poses = {name: x[rows] for name, rows in self._places.pose.items()}
+        for (a, b), distance in self._distance(self._q(x), poses, within=0.0).items():
             yield Finding((a, b), f"{a} hits {b}", distance, 0.0, "m")

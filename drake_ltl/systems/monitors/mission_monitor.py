@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import Value
@@ -20,15 +19,26 @@ LARGEST = 1e9
 """Magnitude of a value."""
 
 
-class Look(NamedTuple):
+@dataclass(frozen=True)
+class Look:
     """What a mission's monitor sees at one instant."""
 
-    time: float
-    signal: np.ndarray
+    context: Context
+    port: InputPort
     """Of the one signal that it reads."""
     progress: Progress
     index: int
     """Of the step in the program."""
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+        return self.context.get_time()
+
+    @property
+    def signal(self) -> np.ndarray:
+        """Worked out when it is asked for, which not every look does."""
+        return self.port.Eval(self.context)
 
     @property
     def step(self) -> int:
@@ -69,7 +79,7 @@ class MissionMonitor(Monitor):
 
     def _look(self, context: Context) -> Look:
         progress = self._progress.Eval(context)
-        return Look(context.get_time(), self._signal.Eval(context), progress, self._program.index(progress.count))
+        return Look(context, self._signal, progress, self._program.index(progress.count))
 
     def _observe(self, context: Context, memory: Memory) -> Iterator[Violation]:
         look = self._look(context)
@@ -81,8 +91,8 @@ class MissionMonitor(Monitor):
 
 
 def _violation(kind: str, look: Look, finding: Finding) -> Violation:
-    found = replace(finding, value=_bounded(finding.value))
-    return Violation(kind, look.time, look.step, **vars(found))
+    found = vars(finding) | {"value": _bounded(finding.value), "monitor": finding.monitor or kind}
+    return Violation(time=look.time, step=look.step, **found)
 
 
 def _bounded(value: float | None) -> float | None:

@@ -18,6 +18,9 @@ def diagram(mission, case_ii, models):
     return MakeMissionDiagram(mission, case_ii, models, num_steps=9)
 
 
+OF_SPHERES = ("clearance", "forbidden_region", "workspace", "region")
+
+
 @dataclass
 class Stage:
     """A root context, and looks of monitors at it."""
@@ -26,12 +29,13 @@ class Stage:
     root: object
 
     def look(self, name: str) -> list[str]:
-        """What a monitor sees that is new, as lines."""
+        """What a monitor, or one of its rules, sees that is new, as lines."""
         return [str(seen) for seen in self.found(name)]
 
     def found(self, name: str) -> tuple:
-        monitor = self.diagram.monitors[name]
-        return monitor.Look(monitor.GetMyContextFromRoot(self.root))
+        monitor = self.diagram.monitors["spheres" if name in OF_SPHERES else name]
+        new = monitor.Look(monitor.GetMyContextFromRoot(self.root))
+        return tuple(seen for seen in new if name in (monitor.kind, seen.monitor))
 
     def put(self, world) -> None:
         """Bodies."""

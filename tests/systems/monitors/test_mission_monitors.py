@@ -117,12 +117,12 @@ def test_region_of_who_should_have_arrived(stage, begin, program):
     world, progress = begin(0)
     stage.put(world)
     stage.tell(progress)
-    assert stage.look("region") == []
+    assert stage.look("arrival") == []
     after, progress = begin(1)
     after.q[task.agent] = world.q[task.agent]
     stage.put(after)
     stage.tell(replace(progress, anchor=after.anchor))
-    lines = stage.look("region")
+    lines = stage.look("arrival")
     assert any(f"step 2, 0.000 s: {task.agent} has not come to {task.goal}: -" in line for line in lines)
 
 
