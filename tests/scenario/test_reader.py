@@ -401,7 +401,7 @@ def test_more_of_a_kind_than_anybody_plans_with(data, complaints):
     for kind in ("regions", "agents", "objects"):
         many = copy.deepcopy(data)
         ((_, entry), *_) = many[kind].items()
-        many[kind] = {f"m{number}": entry for number in range(301)}
+        many[kind] = {f"m{number}": copy.deepcopy(entry) for number in range(301)}
         assert f"{kind}: there are 301; write at most 300" in map(str, complaints(many))
     (mistake,) = [m for m in complaints({f"key{n}": n for n in range(301)} | data) if "unknown" in m.what]
     assert mistake.what == "301 keys are unknown"
