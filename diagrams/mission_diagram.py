@@ -37,8 +37,8 @@ class MissionDiagram:
     """Bears objects that rest, see `execution.resting`."""
     supervisor: PlanSupervisor
     logs: Mapping[str, VectorLogSink]
-    """`state`, `controls` (torques of all agents as commanded, stacked, then V) and the supervisor's `record`, at every
-    step of the plant."""
+    """`state`, `torque` (of all agents as commanded, stacked; V may stand behind) and the supervisor's `record`, at
+    every step of the plant."""
     program: MissionProgram
     scenario: Scenario
     models: MeasuredModels
@@ -91,9 +91,7 @@ def MakeMissionDiagram(
     """
     unseen = meshcat is None and builder is None  # who brings a builder may look at the scene with systems of their own
     builder = DiagramBuilder() if builder is None else builder
-    # Sampled: else the supervisor would see states one step before those in the log, and recorded intervals would not
-    # begin in the state in which their potentials and springs were anchored.
-    transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=True, visible=not unseen)
+    transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=False, visible=not unseen)
     transport_plant.plant.set_name("plant")
     support = _add_support(builder, transport_plant)
     program = mission_program(mission, models, scenario)
@@ -104,10 +102,10 @@ def MakeMissionDiagram(
         builder.Connect(state, supervisor.get_state_input_port(name))
     parts = (builder, program, scenario, models, transport_plant, supervisor)
     if separate_controllers or own_controllers:
-        controls = AddSeparateControllers(*parts, own_controllers)
+        torque = controls = AddSeparateControllers(*parts, own_controllers)
     else:
-        controls = _add_controller(*parts)
-    _drive(builder, transport_plant, controls)
+        torque, controls = _add_controller(*parts)
+    _drive(builder, transport_plant, torque)
     if meshcat is not None:
         AddMissionVisualizer(
             builder,
@@ -130,7 +128,7 @@ def MakeMissionDiagram(
         )
     logs = {
         "state": LogVectorOutput(transport_plant.plant.get_state_output_port(), builder),
-        "controls": LogVectorOutput(controls, builder),
+        "torque": LogVectorOutput(torque, builder),
         "record": LogVectorOutput(supervisor.get_record_output_port(), builder),
     }
     for name, log in logs.items():
@@ -156,25 +154,27 @@ def _add_controller(
     models: MeasuredModels,
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
-) -> OutputPort:
-    """All control laws in one system. Returns the torques of all agents' joints, stacked, then V (sum n_i + 1,)."""
+) -> tuple[OutputPort, OutputPort]:
+    """All control laws in one system. Returns the torques of all agents' joints, stacked (sum n_i,), and the same with
+    V behind."""
     plant = transport_plant.plant
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     controller = builder.AddSystem(MissionController(places, program, scenario, models))
     builder.Connect(plant.get_state_output_port(), controller.get_state_input_port())
     builder.Connect(supervisor.get_progress_output_port(), controller.get_progress_input_port())
-    return controller.get_controls_output_port()
+    return controller.get_torque_output_port(), controller.get_controls_output_port()
 
 
-def _drive(builder: DiagramBuilder, transport_plant: TransportPlant, controls: OutputPort) -> None:
+def _drive(builder: DiagramBuilder, transport_plant: TransportPlant, torque: OutputPort) -> None:
     """Connects all agents' torques; the plant cuts them off at the effort limits."""
     plant = transport_plant.plant
     numbers = np.arange(plant.num_velocities(), dtype=float)
     rows = np.concatenate([plant.GetVelocitiesFromArray(i, numbers) for i in transport_plant.agents.values()])
     by_torque = plant.MakeActuationMatrix()[rows.astype(int)].T  # a file's transmissions may have any order
-    actuation = builder.AddSystem(MatrixGain(np.column_stack([by_torque, np.zeros(len(by_torque))])))
+    more = torque.size() - by_torque.shape[1]  # V, which moves nothing
+    actuation = builder.AddSystem(MatrixGain(np.column_stack([by_torque, np.zeros((len(by_torque), more))])))
     actuation.set_name("actuation")
-    builder.Connect(controls, actuation.get_input_port())
+    builder.Connect(torque, actuation.get_input_port())
     builder.Connect(actuation.get_output_port(), plant.get_actuation_input_port())
 
 

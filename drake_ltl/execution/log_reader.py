@@ -10,8 +10,11 @@ from pydrake.systems.framework import Context
 
 import drake_ltl
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
+from drake_ltl.execution.crew_motion import crew_motion
 from drake_ltl.execution.intervals import read_intervals
+from drake_ltl.execution.lyapunov_values import Bodies, lyapunov_values, moving_velocities
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
+from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.manipulability import manipulability
 from drake_ltl.planning.plan_json import action_to_json
 from drake_ltl.systems.plan_supervisor import split_record
@@ -22,12 +25,15 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
     """The run so far, from the logs in the context."""
     time, logged = _samples(mission, root_context)
     sizes = {name: model.n for name, model in mission.models.agents.items()}
-    status, signal, reaches = split_record(logged["record"], sizes)
-    *torque, lyapunov = np.split(logged["controls"], np.cumsum(list(sizes.values())), axis=1)
-    q, qd, pose, velocity = _by_member(mission, logged["state"])
+    status, signal, reaches = split_record(_taking_effect(logged["record"]), sizes)
+    torque = np.split(logged["torque"], np.cumsum(list(sizes.values())), axis=1)[: len(sizes)]
+    bodies = _by_member(mission, logged["state"])
+    q, qd, pose, velocity = bodies.q, bodies.qd, bodies.pose, bodies.velocity
     agents = tuple(q)
     weld_index = status[:, 2 + len(agents) :].astype(int)
     step, phase = status[:, 0].astype(int), status[:, 1].astype(int)
+    intervals = list(read_intervals(mission, step, phase, signal, reaches))
+    motion = crew_motion(CrewModel(mission.scenario.agents), q, moving_velocities(bodies, intervals))
     plan = mission.program.mission.plan
     geometry = mission.models.geometry
     return Recording(
@@ -44,21 +50,21 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         steps=tuple(_steps(mission, time, step, num_steps)),
         completed=not reason,
         reason=reason,
-        intervals=tuple(read_intervals(mission, step, phase, signal, reaches)),
+        intervals=tuple(interval.record for interval in intervals),
         monitored=mission.violations(root_context),
         time=time,
         q=q,
         qd=qd,
-        centre={name: _centres(mission, name, q[name]) for name in agents},
+        centre=dict(motion.centre),
         pose=pose,
         velocity=velocity,
         step=step,
         phase=phase,
         mode=status[:, 2 : 2 + len(agents)].astype(int),
         grasp=_grasped(mission, tuple(pose), weld_index),
-        lyapunov=lyapunov[:, 0],
+        lyapunov=lyapunov_values(mission, intervals, bodies, motion),
         effort=np.column_stack([_effort(mission, name, tau) for name, tau in zip(agents, torque, strict=True)]),
-        manipulability=np.column_stack([_manipulability(mission, name, q[name]) for name in agents]),
+        manipulability=np.column_stack([_manipulability(J) for J in motion.grasp_jacobian.values()]),
     )
 
 
@@ -78,7 +84,12 @@ def _samples(mission: MissionDiagram, root_context: Context) -> tuple[np.ndarray
     return time[keep], {name: log.data().T[:whole][keep] for name, log in logs.items()}
 
 
-def _by_member(mission: MissionDiagram, state: np.ndarray):
+def _taking_effect(record: np.ndarray) -> np.ndarray:
+    """What the supervisor decides in a state is logged one step later; here it stands beside that state."""
+    return np.concatenate([record[1:], record[-1:]])
+
+
+def _by_member(mission: MissionDiagram, state: np.ndarray) -> Bodies:
     plant, parts = mission.transport_plant.plant, mission.transport_plant
     n_q = plant.num_positions()
     q, qd, pose, velocity = {}, {}, {}, {}
@@ -90,12 +101,7 @@ def _by_member(mission: MissionDiagram, state: np.ndarray):
         here[name], fast[name] = state[:, positions], state[:, velocities]
     for rows in pose.values():  # the plant's discrete steps let their length grow as they turn
         rows[:, :4] /= np.linalg.norm(rows[:, :4], axis=1, keepdims=True)
-    return q, qd, pose, velocity
-
-
-def _centres(mission: MissionDiagram, agent: str, q: np.ndarray) -> np.ndarray:
-    model = mission.models.agents[agent]
-    return np.array([model.centre(row) for row in q]).reshape(-1, 3)
+    return Bodies(q, qd, pose, velocity)
 
 
 def _effort(mission: MissionDiagram, agent: str, torque: np.ndarray) -> np.ndarray:
@@ -103,11 +109,9 @@ def _effort(mission: MissionDiagram, agent: str, torque: np.ndarray) -> np.ndarr
     return np.abs(torque / mission.models.agents[agent].effort_limits).max(axis=1)
 
 
-def _manipulability(mission: MissionDiagram, agent: str, q: np.ndarray) -> np.ndarray:
-    """(T,) at configurations (T, n)."""
-    if not len(q):
-        return np.zeros(0)
-    return manipulability(np.array([mission.models.agents[agent].grasp_jacobian(row) for row in q]))
+def _manipulability(J: np.ndarray) -> np.ndarray:
+    """(T,) of Jacobians (T, 6, n)."""
+    return manipulability(J) if len(J) else np.zeros(0)
 
 
 def _grasped(mission: MissionDiagram, objects: tuple[str, ...], weld_index: np.ndarray) -> np.ndarray:

@@ -45,10 +45,6 @@ class CrewModel:
         self._plant.SetPositions(self._context, q)
         self._plant.SetVelocities(self._context, qd)
 
-    def set_velocities(self, qd: np.ndarray) -> None:
-        """To velocities (n,), all else as it was."""
-        self._plant.SetVelocities(self._context, qd)
-
     def centre(self, agent: str) -> np.ndarray:
         """c_i (3,) [m] in W, the centre of the bounding sphere."""
         return self._centre[agent].CalcPoseInWorld(self._context).translation()

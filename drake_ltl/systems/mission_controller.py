@@ -1,4 +1,4 @@
-"""LeafSystem of all control laws at once: the torques of every agent, and V, in one evaluation.
+"""LeafSystem of all control laws at once: the torques of every agent in one evaluation, and V.
 
 The laws are those of `HoldController`, `ReachController`, `TransitionController` and `TransportController` with their
 `NavigationField`, by the same functions of `drake_ltl.dynamics` and `field_value`. What each of those systems asks of a
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort, ValueProducer
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
 from drake_ltl.dynamics import (
     body_gravity,
@@ -93,7 +93,7 @@ class MissionController(LeafSystem):
 
     `state` is the plant's whole state (positions and velocities of everything), `progress` the supervisor's Progress;
     `torque` stacks tau_i (n_i,) [N, N m] of all agents, `lyapunov` is V [J], see `NavigationField`; `controls` is
-    both in one vector, for a plant and a log that share it.
+    both in one vector, for monitors. V is worked out when it is asked for, which no step of a plant does.
     """
 
     def __init__(self, places: StatePlaces, program: MissionProgram, scenario: Scenario, models: MeasuredModels):
@@ -112,15 +112,10 @@ class MissionController(LeafSystem):
         self._latest_orders: tuple[Progress | None, Orders | None] = (None, None)
         self._state = self.DeclareVectorInputPort("state", places.size)
         self._progress = self.DeclareAbstractInputPort("progress", Value[object]())
-        self._value = self.DeclareCacheEntry(
-            "value",
-            ValueProducer(allocate=Value[object], calc=self._calc_value),
-            prerequisites_of_calc={self.all_input_ports_ticket(), self.time_ticket()},
-        )
-        ticket, n = {self._value.ticket()}, self._crew.n
-        self._torque = self.DeclareVectorOutputPort("torque", n, self._calc_torque, ticket)
-        self._lyapunov = self.DeclareVectorOutputPort("lyapunov", 1, self._calc_lyapunov, ticket)
-        self._controls = self.DeclareVectorOutputPort("controls", n + 1, self._calc_controls, ticket)
+        inputs, n = {self.all_input_ports_ticket(), self.time_ticket()}, self._crew.n
+        self._torque = self.DeclareVectorOutputPort("torque", n, self._calc_torque, inputs)
+        self._lyapunov = self.DeclareVectorOutputPort("lyapunov", 1, self._calc_lyapunov, inputs)
+        self._controls = self.DeclareVectorOutputPort("controls", n + 1, self._calc_controls, inputs)
 
     def get_state_input_port(self) -> InputPort:
         return self._state
@@ -138,32 +133,28 @@ class MissionController(LeafSystem):
         return self._controls
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._value.Eval(context)[:-1])
-
-    def _calc_lyapunov(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._value.Eval(context)[-1:])
-
-    def _calc_controls(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._value.Eval(context))
-
-    def _calc_value(self, context: Context, value: AbstractValue) -> None:
-        x, orders = self._state.Eval(context), self._orders_of(self._progress.Eval(context))
+        x, orders, time = self._state.Eval(context), self._orders_of(self._progress.Eval(context)), context.get_time()
         if not isfinite(np.add.reduce(x)) and (names := self._places.not_finite(x)):
             # a plant's own check would end the process
-            raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {context.get_time():.3f} s")
-        value.set_value(self._evaluate(context.get_time(), orders, x[self._places.q], x[self._places.qd], x))
+            raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {time:.3f} s")
+        output.SetFromVector(self._torques(time, orders, x[self._places.q], x[self._places.qd], x))
 
-    def _evaluate(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Torques (n,), then V."""
-        crew, controls = self._crew, np.zeros(len(q) + 1)
+    def _calc_lyapunov(self, context: Context, output: BasicVector) -> None:
+        x, orders = self._state.Eval(context), self._orders_of(self._progress.Eval(context))
+        output.SetAtIndex(0, self._energy(orders, x[self._places.q], x[self._places.qd], x))
+
+    def _calc_controls(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.append(self._torque.Eval(context), self._lyapunov.Eval(context)))
+
+    def _torques(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """(n,)"""
+        crew = self._crew
         crew.set_state(q, qd * orders.tracking)
-        torque = controls[:-1]
-        torque[:] = self._tracking_torque(time, orders, q, qd)
+        torque = self._tracking_torque(time, orders, q, qd)
         if orders.field is None:
-            return controls
-        world = _World(crew, q, {name: x[self._places.pose[name]] for name in orders.carried})
+            return torque
+        world = self._world(orders, q, x)
         field = evaluate_field(orders.field, self._settings.force, self._models.agents, world)
-        energy = field.potential
         for name in orders.travels:
             rows = crew.rows[name]
             torque[rows] = self._transition(name, torque[rows], field.agents[name], qd[rows])
@@ -175,13 +166,26 @@ class MissionController(LeafSystem):
             tau = transport_torque(carrier.share, wrenches[carrier.object], p_OoEo_W, J, torque[rows])
             if carrier.spring is not None:
                 tau += carrier.spring.torque(q[rows], qd[rows], J)
-                energy += carrier.spring.energy(q[rows], J)
             torque[rows] = tau
-        for name, V in V_WO.items():
-            energy += self._models.objects[name].kinetic_energy(world.poses[name][:4], V)
-        crew.set_velocities(qd * orders.moving)
-        controls[-1] = energy + crew.kinetic_energy()
-        return controls
+        return torque
+
+    def _energy(self, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> float:
+        """V [J]."""
+        if orders.field is None:
+            return 0.0
+        self._crew.set_state(q, qd * orders.moving)
+        world = self._world(orders, q, x)
+        energy = evaluate_field(orders.field, self._settings.force, self._models.agents, world).potential
+        for name, carrier in orders.carriers.items():
+            if carrier.spring is not None:
+                energy += carrier.spring.energy(q[self._crew.rows[name]], self._crew.grasp_jacobian(name))
+        for name, pose in world.poses.items():
+            V_WO = x[self._places.velocity[name]]
+            energy += self._models.objects[name].kinetic_energy(pose[:4], V_WO)
+        return energy + self._crew.kinetic_energy()
+
+    def _world(self, orders: Orders, q: np.ndarray, x: np.ndarray) -> _World:
+        return _World(self._crew, q, {name: x[self._places.pose[name]] for name in orders.carried})
 
     def _transition(self, name: str, gravity: np.ndarray, gradient: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """(10a)."""

@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
     InputPortIndex,
     LeafSystem,
     OutputPort,
+    State,
     ValueProducer,
 )
 
@@ -94,7 +95,8 @@ class PlanSupervisor(LeafSystem):
         self._latest: tuple[bytes, Progress | None] = (b"", None)
         self._declare_outputs()
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Not a discrete update: the plant's own would then run with what is told now one step later.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
         self.DeclarePerStepPublishEvent(self._hand_over)
 
     def _declare_outputs(self) -> None:
@@ -229,12 +231,12 @@ class PlanSupervisor(LeafSystem):
         self._store(self._supervision.begin(self._measure(context)), values)
         return EventStatus.Succeeded()
 
-    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _update(self, context: Context, state: State) -> EventStatus:
         before = self.GetProgress(context)
         after = self._supervision.advance(before, self._applied_revision(context), self._measure(context))
         if after is before:
-            return EventStatus.DidNothing()
-        self._store(after, values)
+            return _NOTHING
+        self._store(after, state.get_mutable_discrete_state())
         return EventStatus.Succeeded()
 
     def _hand_over(self, context: Context) -> EventStatus:

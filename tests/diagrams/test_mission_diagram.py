@@ -58,7 +58,7 @@ def test_nothing_touches_at_the_start(mission_diagram, root):
 def test_everything_has_a_name(mission_diagram, separate_diagram):
     agents, objects = ("a1", "a2", "a3"), ("o1", "o2")
     common = {"plant", "scene_graph", "plan_supervisor", "actuation"}
-    common |= {"log_state", "log_controls", "log_record", "member_centres"}
+    common |= {"log_state", "log_torque", "support", "log_record", "member_centres"}
     common |= {f"monitor_{name}" for name in mission_diagram.monitors}
     separate = {"navigation_field", "controls", *(f"transport_{obj}" for obj in objects)}
     separate |= {f"{kind}_{agent}" for kind in ("hold", "transition", "reach", "switch") for agent in agents}

@@ -152,7 +152,7 @@ def fail_after(monkeypatch, method, count: int, error: Exception, owner=MissionC
 
 @pytest.mark.parametrize("error", [ExecutionError("the model broke"), RuntimeError("Drake's check\nfailed")])
 def test_an_error_in_a_controller_ends_the_run_with_a_recording(run_shuttle, shuttle, monkeypatch, error):
-    fail_after(monkeypatch, "_evaluate", 300, error)
+    fail_after(monkeypatch, "_torques", 300, error)
     recording = run_shuttle(2).recording
     assert not recording.completed
     assert recording.reason == " ".join(str(error).split())
@@ -161,7 +161,7 @@ def test_an_error_in_a_controller_ends_the_run_with_a_recording(run_shuttle, shu
 
 
 def test_an_error_at_the_very_start_has_a_recording_too(run_shuttle, shuttle, monkeypatch):
-    fail_after(monkeypatch, "_evaluate", 0, ExecutionError("nothing works"))
+    fail_after(monkeypatch, "_torques", 0, ExecutionError("nothing works"))
     recording = run_shuttle(2).recording
     assert recording.reason == "nothing works"
     assert recording.steps == ()
@@ -169,7 +169,7 @@ def test_an_error_at_the_very_start_has_a_recording_too(run_shuttle, shuttle, mo
 
 
 def test_defects_of_a_program_pass(run_shuttle, monkeypatch):
-    fail_after(monkeypatch, "_evaluate", 10, ZeroDivisionError("a defect"))
+    fail_after(monkeypatch, "_torques", 10, ZeroDivisionError("a defect"))
     with pytest.raises(ZeroDivisionError, match="a defect"):
         run_shuttle(1)
 

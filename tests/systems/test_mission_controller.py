@@ -53,8 +53,8 @@ def evaluate(diagram, progress, world, time=0.7):
     for name, instance in (parts.agents | parts.objects).items():
         parts.plant.SetPositionsAndVelocities(context, instance, world.state(name))
     diagram.supervisor.SetProgress(diagram.supervisor.GetMyMutableContextFromRoot(root), progress)
-    log = diagram.logs["controls"]
-    controls = log.get_input_port().Eval(log.GetMyContextFromRoot(root))
+    monitor = diagram.monitors["lyapunov"]
+    controls = monitor.get_signal_input_port().Eval(monitor.GetMyContextFromRoot(root))
     return controls[:-1], controls[-1]
 
 

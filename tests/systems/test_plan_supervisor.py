@@ -252,7 +252,6 @@ def test_contexts_are_independent(supervisor, world, program):
     for task in program.steps[0].travels:
         world.q[task.agent] = task.q_goal
     show(supervisor, contexts[0], world)
-    update = supervisor.EvalUniquePeriodicDiscreteUpdate(contexts[0])
-    contexts[0].SetDiscreteState(update)
+    Simulator(supervisor, contexts[0]).AdvanceTo(0.5 * PERIOD)
     assert supervisor.GetProgress(contexts[0]).count == 1
     assert supervisor.GetProgress(contexts[1]).count == 0
