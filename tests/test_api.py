@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import subprocess
 import sys
 from xml.etree import ElementTree
@@ -129,7 +130,8 @@ def test_scenarios_show_a_map_in_notebooks(case_ii):
     svg = case_ii._repr_svg_()
     assert ElementTree.fromstring(svg).tag.endswith("svg")
     assert svg.count('id="text_') >= 4 + 3 + 2  # names of regions, agents and objects
-    assert "<svg" in case_ii._repr_html_()
+    data = case_ii._repr_html_().partition("base64,")[2].partition('"')[0]
+    assert base64.b64decode(data).decode() == svg
     assert svg == case_ii._repr_svg_()
 
 

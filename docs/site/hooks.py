@@ -52,7 +52,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for path in sorted((ROOT / "examples").glob("*.*")):
         if path.suffix in (".md", ".yaml", ".py") and path.stem != "__init__":
             files.append(File.generated(config, f"examples/{path.name}", content=path.read_text(encoding="utf-8")))
-            files.src_uris[f"examples/{path.name}"].inclusion = files.src_uris["CHANGELOG.md"].inclusion
     for path in sorted((ROOT / "examples" / "notebooks").glob("*.ipynb")):
         text, pictures = run(path)
         files.append(File.generated(config, f"notebooks/{path.stem}.md", content=text))

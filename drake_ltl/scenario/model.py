@@ -193,9 +193,10 @@ class Scenario(Shown):
     def _repr_html_(self) -> str:
         """Map and table; the table alone where nothing can be drawn yet."""
         from drake_ltl.errors import DrakeLtlError
+        from drake_ltl.visualization.notebook import map_html
 
         try:
-            return f"{self._repr_svg_()}{super()._repr_html_()}"
+            return f"{map_html(self)}{super()._repr_html_()}"
         except DrakeLtlError as error:
             return f"<p>no map: {error}</p>{super()._repr_html_()}"
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import base64
 import io
-import re
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
@@ -12,9 +12,6 @@ from drake_ltl.api import planning_geometry
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import check_starts
 from drake_ltl.visualization.scenario_map import SIZE, fill_map
-
-_SIZE = re.compile(r' width="[0-9.]+pt" height="[0-9.]+pt"')
-"""Of the whole picture: left out, so that it is as wide as there is room."""
 
 
 def map_svg(scenario: Scenario) -> str:
@@ -30,4 +27,12 @@ def map_svg(scenario: Scenario) -> str:
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": scenario.name}):  # the same text every time
         figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
-    return _SIZE.sub(' style="width:100%;max-width:46rem;height:auto"', text[text.index("<svg") :], count=1)
+    return text[text.index("<svg") :]
+
+
+def map_html(scenario: Scenario) -> str:
+    """The same as an <img> that is as wide as there is room. Its data stand in it, so that no page's styles and no
+    Markdown around it can harm it; raises what `map_svg` raises."""
+    data = base64.b64encode(map_svg(scenario).encode()).decode()
+    style = "width:100%;max-width:46rem;background:white"
+    return f'<img alt="map of {scenario.name}" style="{style}" src="data:image/svg+xml;base64,{data}">'

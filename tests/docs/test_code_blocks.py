@@ -59,7 +59,7 @@ ELSEWHERE = {
     "git": "would change the repository",
     ".ci/run": "runs this test",
     "dask": "waits for ever",
-    "eval": "is for interactive shells; its command is tested",
+    "source": "is for interactive shells",
     "cd": "says where to go",
     "pytest": "runs this test",
 }
