@@ -24,7 +24,7 @@ from drake_ltl.spot_support import require_spot
 MOST_STATES = 3000
 """Of an automaton while it is made deterministic; larger ones take long to make."""
 MOST_PAIRS = 20_000_000
-"""Of states, times letters, that are looked at to see whether an automaton counts."""
+"""Of states, that are looked at to see whether an automaton counts, times letters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +80,28 @@ class Automaton:
         LTL cannot count, but an automaton for it may. Only a sufficient condition: False means unknown.
         """
         n, columns = self.n_states, np.array([*{row.tobytes(): row for row in self.successors.T}.values()])
-        if n * n * len(columns) > MOST_PAIRS:
+        pairs = self._pairs_met(columns)
+        if pairs is None or len(pairs) * len(columns) > MOST_PAIRS:
             return False
-        onwards = columns[:, :, None] * n + columns[:, None, :]  # of each pair (a, b), by each letter
-        onwards[(columns < 0)[:, :, None] | (columns < 0)[:, None, :]] = -1
-        read, pair = np.nonzero(onwards.reshape(len(columns), -1) >= 0)
-        targets = onwards.reshape(len(columns), -1)[read, pair]
-        graph = csr_array((np.ones(len(pair)), (pair, targets)), shape=(n * n, n * n))
-        component = connected_components(graph, connection="strong")[1].reshape(n, n)
-        begins = component + np.arange(n)[:, None] * n * n  # of (b, c): b and the component
-        ends = component + np.arange(n)[None, :] * n * n  # of (a, b): b and the component
-        return not np.isin(ends[~np.eye(n, dtype=bool)], begins).any()
+        first, second = np.divmod(pairs, n)
+        number = np.full(n * n, -1, dtype=np.int32)
+        number[pairs] = np.arange(len(pairs))
+        onwards = columns[:, first] * n + columns[:, second]  # of each pair, by each letter
+        read, pair = np.nonzero((columns[:, first] >= 0) & (columns[:, second] >= 0))
+        graph = csr_array((np.ones(len(pair)), (pair, number[onwards[read, pair]])), shape=(len(pairs),) * 2)
+        component = connected_components(graph, connection="strong")[1].astype(np.int64)
+        return not np.isin((component * n + second)[first != second], component * n + first).any()
+
+    def _pairs_met(self, columns: NDArray) -> NDArray[np.int64] | None:
+        """Pairs a Q + b of states that two runs over the same word can be in: some letter leads to both. None if there
+        are too many states to look at."""
+        if self.n_states**2 > MOST_PAIRS:
+            return None
+        met = np.zeros((self.n_states, self.n_states), dtype=bool)
+        for column in columns:
+            states = np.unique(column[column >= 0])
+            met[np.ix_(states, states)] = True
+        return np.flatnonzero(met)
 
     def for_loops(self) -> Iterator[Automaton]:
         """For each clause what may be used, and must be met, by a loop: the edges without marks that must not recur,

@@ -113,10 +113,22 @@ def multiply(
 
 def entered(automaton: Automaton, letter: NDArray) -> NDArray[np.bool_]:
     """(Q, S): which states of the automaton are entered by which letters (S,)."""
+    return _entered_by(automaton)[:, letter]
+
+
+def _entered_by(automaton: Automaton) -> NDArray[np.bool_]:
+    """(Q, L)"""
     by_letter = np.zeros(automaton.successors.shape, dtype=bool)
     q, read = np.nonzero(automaton.successors >= 0)
     by_letter[automaton.successors[q, read], read] = True
-    return by_letter[:, letter]
+    return by_letter
+
+
+def n_edges(system: Graph, letter: NDArray, automaton: Automaton) -> int:
+    """At most so many edges has the product of `multiply`, the successors that the automaton does not read included."""
+    alive = _entered_by(automaton)
+    onwards = np.bincount(letter, weights=np.diff(system.starts), minlength=alive.shape[1])
+    return int((alive @ onwards).sum())
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from drake_ltl.planning.layers import MOST_LAYERED_EDGES, Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Features, Marks
 from drake_ltl.planning.orbits import nearest_accepted
-from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply
+from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply, n_edges
 from drake_ltl.planning.profiles import all_profiles
 from drake_ltl.planning.rounds import ReadLoop, Rounds, are_few
 from drake_ltl.planning.shares import least_loop
@@ -96,7 +96,7 @@ def cheapest_lasso(
     Raises:
         SearchLimitError: the product is too large.
     """
-    _check_size(system, automaton)
+    _check_size(system, letter, automaton)
     largest = max(alpha, beta) * float(system.costs.max(initial=0.0))
 
     def product_with(reader: Automaton, weight: float) -> Product:
@@ -127,10 +127,11 @@ def _graph(system: TransitionSystem, weights: NDArray) -> Graph:
     return Graph.of(system.n_states, system.sources, system.targets, weights)
 
 
-def _check_size(system: TransitionSystem, automaton: Automaton) -> None:
-    if max(system.n_transitions, system.n_states) * automaton.n_states > MOST_EDGES:
-        size = f"{system.n_transitions} transitions x {automaton.n_states} states"
-        raise SearchLimitError(f"the product of TS and the automaton is too large: {size}")
+def _check_size(system: TransitionSystem, letter: NDArray, automaton: Automaton) -> None:
+    n_nodes = system.n_states * automaton.n_states
+    edges = n_edges(_graph(system, system.costs), letter, automaton)
+    if max(edges, n_nodes) > MOST_EDGES:
+        raise SearchLimitError(f"the product of TS and the automaton is too large: {n_nodes} nodes, {edges} edges")
 
 
 @dataclass(frozen=True)
