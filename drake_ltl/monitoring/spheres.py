@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -52,16 +53,29 @@ class Rule:
 
     def left(self, centres: np.ndarray) -> np.ndarray:
         """(n,) clearances [m] of balls with centres (N + M, 3)."""
-        other = np.where((self.b < 0)[:, None], self.point, centres[self.b])
-        offset = centres[self.a] - other
+        ends = np.concatenate([self.point, centres])  # so that row k's point is its k-th end
+        offset = ends[self._a] - ends[self._b]
         return self.sign * (np.sqrt(np.einsum("ij,ij->i", offset, offset)) - self.limit)
 
     def findings(self, centres: np.ndarray) -> Iterator[Finding]:
         """Rows that are violated."""
         left = self.left(centres)
-        bad = left <= np.where(self.sign > 0.0, 0.0, -ROUNDING)
-        for row in np.flatnonzero(bad).tolist():
+        for row in np.flatnonzero(left <= self._least).tolist():
             yield Finding(self.who[row], self.what[row], float(left[row]), 0.0, "m", self.name[row])
+
+    @cached_property
+    def _a(self) -> np.ndarray:
+        """(n,) indices of ends."""
+        return self.a + len(self.point)
+
+    @cached_property
+    def _b(self) -> np.ndarray:
+        return np.where(self.b < 0, np.arange(len(self.b)), self.b + len(self.point))
+
+    @cached_property
+    def _least(self) -> np.ndarray:
+        """What is left where a row is violated (n,)."""
+        return np.where(self.sign > 0.0, 0.0, -ROUNDING)
 
 
 def apart(duty: Duty, members: Members) -> Rule:
