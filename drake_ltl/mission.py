@@ -21,7 +21,7 @@ from drake_ltl.scenario.starts import check_starts
 from drake_ltl.systems.preflight import check_fields
 from drake_ltl.visualization.live_control import LiveControl
 from drake_ltl.visualization.live_page import ServeLivePage
-from drake_ltl.visualization.meshcat_scene import MakeMeshcat
+from drake_ltl.visualization.meshcat_scene import LOCALHOST, MakeMeshcat
 from drake_ltl.visualization.page_data import live_page_data, recorded_page_data
 from drake_ltl.visualization.recorded_page import StartPage, WritePage
 
@@ -56,6 +56,7 @@ def simulate(
     suffix_rounds: int = 1,
     keep_going: bool = False,
     live: bool = False,
+    meshcat_host: str = LOCALHOST,
     realtime_rate: float = 1.0,
     page: Path | None = None,
     graphviz: Path | None = None,
@@ -69,6 +70,7 @@ def simulate(
     Args:
         keep_going: what monitors see is recorded, but does not end the run.
         live: show the run in a browser while it goes on; `announce` is told the address.
+        meshcat_host: address of this computer at which the browser finds it, see `MakeMeshcat`.
         realtime_rate: at which a live run begins; 0 for as fast as the computer can.
         page: write a page here that replays the run.
         graphviz: write the diagram of systems here, as DOT, or as SVG if the name ends so.
@@ -80,7 +82,7 @@ def simulate(
         InvalidInputError: the controller's settings do not suit the mission.
     """
     steps = num_steps(mission, suffix_rounds)
-    meshcat = MakeMeshcat() if live or page is not None else None
+    meshcat = MakeMeshcat(host=meshcat_host if live else LOCALHOST) if live or page is not None else None
     diagram = MakeMissionDiagram(
         mission, scenario, models, num_steps=steps, meshcat=meshcat, own_controllers=own_controllers
     )
@@ -91,7 +93,7 @@ def simulate(
         write_graphviz(diagram.diagram, graphviz)
     pace = LiveControl(meshcat, diagram, scenario, steps, rate=realtime_rate) if live else None
     if pace is not None:
-        server = ServeLivePage(meshcat, live_page_data(mission, scenario), lambda: pace.status)
+        server = ServeLivePage(meshcat, live_page_data(mission, scenario), lambda: pace.status, meshcat_host)
         announce(f"watch at {server.url}")
     if page is not None:
         StartPage(meshcat, live=live)

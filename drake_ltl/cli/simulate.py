@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import socket
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +37,13 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
     parser.add_argument("--keep-going", action="store_true", help="go on when a monitor sees something wrong")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
+    parser.add_argument(
+        "--meshcat-host",
+        type=_host,
+        default="localhost",
+        metavar="HOST",
+        help="address of this computer at which --meshcat is reached, * for all, also by others (default: localhost)",
+    )
     parser.add_argument("--realtime-rate", type=_rate, metavar="R", help=_RATE_HELP)
     parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
     parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
@@ -83,6 +91,7 @@ def run(args: argparse.Namespace) -> int:
             suffix_rounds=rounds,
             keep_going=args.keep_going,
             live=args.meshcat,
+            meshcat_host=args.meshcat_host,
             realtime_rate=1.0 if args.realtime_rate is None else args.realtime_rate,
             page=args.record,
             graphviz=args.graphviz,
@@ -122,6 +131,15 @@ def _rate(text: str) -> float:
     if not 0.0 <= rate <= 1000.0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 0 to 1000")
     return rate
+
+
+def _host(text: str) -> str:
+    """An address at which this computer can listen."""
+    try:
+        socket.create_server(("" if text == "*" else text, 0)).close()
+    except (OSError, UnicodeError):
+        raise argparse.ArgumentTypeError(f"{text!r} is no address of this computer") from None
+    return text
 
 
 def _rounds(text: str) -> int:

@@ -64,8 +64,15 @@ class MissionVisualizer:
     overlay: MissionOverlay
 
 
-def MakeMeshcat(port: int | None = None) -> Meshcat:
+LOCALHOST = "localhost"
+
+
+def MakeMeshcat(port: int | None = None, host: str = LOCALHOST) -> Meshcat:
     """A Meshcat that only this computer can reach; a free port is taken unless one is given.
+
+    Args:
+        host: an address of this computer at which others can reach it, or "*" for all of them. Meshcat has no
+            passwords: whoever reaches it sees the run.
 
     It is made silently: whoever wants it watched tells people its `web_url()`.
     """
@@ -73,7 +80,7 @@ def MakeMeshcat(port: int | None = None) -> Meshcat:
     level = logger.level
     logger.setLevel(logging.WARNING)
     try:
-        return Meshcat(MeshcatParams(host="localhost", port=port))
+        return Meshcat(MeshcatParams(host=host, port=port))
     finally:
         logger.setLevel(level)
 

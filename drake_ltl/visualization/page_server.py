@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.server
 import json
+import socket
 import threading
 import urllib.request
 from collections.abc import Callable, Mapping
@@ -18,24 +19,27 @@ PATIENCE = 30.0
 
 
 class PageServer:
-    """Answers on a free port of localhost, in a thread of its own that ends with the process."""
+    """Answers on a free port of this computer, in a thread of its own that ends with the process."""
 
-    def __init__(self, sources: Mapping[str, Source], behind: str = ""):
+    def __init__(self, sources: Mapping[str, Source], behind: str = "", host: str = "localhost"):
         """What is served.
 
         Args:
             sources: path, such as `/`, -> what is there.
             behind: address of the server on this computer that has all other files; empty if there is none.
+            host: address to listen at, "*" for all of this computer's.
         """
         handler = type("Handler", (_Handler,), {"sources": dict(sources), "behind": behind})
-        self._server = http.server.ThreadingHTTPServer(("localhost", 0), handler)
+        self._server = http.server.ThreadingHTTPServer(("" if host == "*" else host, 0), handler)
+        self._host = host
         self._server.daemon_threads = True
         threading.Thread(target=self._server.serve_forever, name="page server", daemon=True).start()
 
     @property
     def url(self) -> str:
         """Where the pages are."""
-        return f"http://localhost:{self._server.server_port}/"
+        name = socket.gethostname() if self._host in ("*", "0.0.0.0", "::") else self._host
+        return f"http://{name}:{self._server.server_port}/"
 
     def close(self) -> None:
         """Answers no more."""
