@@ -20,7 +20,7 @@ from drake_ltl.errors import InfeasibleError, NoPlacesError, SearchLimitError, n
 if TYPE_CHECKING:
     from drake_ltl.execution.recording import Recording
 
-REPORT = ("recording.npz", "verdict.json", "plan.json")
+REPORT = ("recording.npz", "verdict.json", "plan.json", "report.html")
 """Files in the folder of `--report`, beside its figures."""
 
 
@@ -48,7 +48,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
     parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
     parser.add_argument("--json", type=file_path, metavar="OUT", help="write the verdict")
-    parser.add_argument("--report", type=file_path, metavar="DIR", help="write data, verdict, plan and figures here")
+    parser.add_argument("--report", type=file_path, metavar="DIR", help="write report.html, its figures and data here")
     parser.add_argument("--graphviz", type=file_path, metavar="OUT", help="write the diagram of systems (.dot or .svg)")
     parser.set_defaults(run=run)
 
@@ -106,13 +106,13 @@ def run(args: argparse.Namespace) -> int:
     data = to_json(verdict, wall_seconds=result.wall_seconds)
     write_json(args.json, data)
     if args.report is not None:
-        from drake_ltl.visualization.figures import write_report_figures
+        from drake_ltl.visualization.report import write_report
 
         args.report.mkdir(parents=True, exist_ok=True)
         _save(result.recording, args.report / "recording.npz")
         write_json(args.report / "verdict.json", data)
         write_json(args.report / "plan.json", plan_to_json(planned.plan, scenario))
-        write_report_figures(result.recording, scenario, args.report)
+        write_report(args.report, result.recording, scenario, verdict, geometry=models.geometry, plan=planned.plan)
     if result.interrupted:
         complain("interrupted")
         return INTERRUPTED

@@ -14,7 +14,7 @@ from drake_ltl.planning.geometry import Geometry
 from drake_ltl.scenario.model import Agent, Scenario
 from drake_ltl.scenario.starts import Starts
 from drake_ltl.visualization.palette import INK, MUTED, Colour, member_colours
-from drake_ltl.visualization.style import HALO, write_figure
+from drake_ltl.visualization.style import HALO, Drawing, write_figure
 from drake_ltl.visualization.top_view import draw_names, draw_scale, draw_workspace, name_places
 
 SIZE = (9.6, 6.4)
@@ -41,6 +41,12 @@ def draw_map(scenario: Scenario, geometry: Geometry, starts: Starts, path: Path)
         [path.suffix.lstrip(".")],
     )
     return written
+
+
+def map_drawing(scenario: Scenario, geometry: Geometry, starts: Starts) -> Drawing:
+    """The same, to be written in any format."""
+    title = "the workspace at the start, and everybody's formula"
+    return Drawing("map", title, SIZE, lambda figure: fill_map(figure, scenario, geometry, starts))
 
 
 def fill_map(figure: Figure, scenario: Scenario, geometry: Geometry, starts: Starts) -> None:

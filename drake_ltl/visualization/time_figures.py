@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,7 +10,7 @@ from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.visualization.clearances import Curve, clearance_curves
 from drake_ltl.visualization.palette import AGENT_HUES, DANGER, GRID, INK, MUTED, Colour
-from drake_ltl.visualization.style import HALO, write_figure
+from drake_ltl.visualization.style import HALO, Drawing
 
 SIZE = (8.2, 3.4)
 MAX_BUCKETS = 2000
@@ -30,17 +27,18 @@ KINDS = {
 """Kinds of clearances that are drawn: label, colour and line. Border and resting objects are left out."""
 
 
-def lyapunov_figure(recording: Recording, directory: Path, formats: Sequence[str] = ("png",)) -> list[Path]:
-    """Writes lyapunov.png: V [J] over time, a curve for each phase of each step (V is another function in each)."""
-    return write_figure(lambda figure: _draw_lyapunov(figure, recording), SIZE, Path(directory) / "lyapunov", formats)
+def lyapunov_drawing(recording: Recording) -> Drawing:
+    """V [J] over time, a curve for each phase of each step (V is another function in each)."""
+    return Drawing("lyapunov", "Lyapunov function V over time", SIZE, lambda figure: _draw_lyapunov(figure, recording))
 
 
-def clearance_figure(
-    recording: Recording, scenario: Scenario, directory: Path, formats: Sequence[str] = ("png",)
-) -> list[Path]:
-    """Writes clearances.png: the smallest clearances [m] over time, the least of each kind marked."""
-    return write_figure(
-        lambda figure: _draw_clearances(figure, recording, scenario), SIZE, Path(directory) / "clearances", formats
+def clearance_drawing(recording: Recording, scenario: Scenario) -> Drawing:
+    """The smallest clearances [m] over time, the least of each kind marked."""
+    return Drawing(
+        "clearances",
+        "smallest clearances between spheres over time",
+        SIZE,
+        lambda figure: _draw_clearances(figure, recording, scenario),
     )
 
 
@@ -57,7 +55,7 @@ def _draw_lyapunov(figure: Figure, recording: Recording) -> None:
         axes.set_yscale("log")
     axes.set_ylabel("V [J]")
     axes.set_title("Lyapunov function of each step", loc="left", pad=24)
-    _time_axis(axes, recording)
+    time_axis(axes, recording)
 
 
 def _draw_clearances(figure: Figure, recording: Recording, scenario: Scenario) -> None:
@@ -79,12 +77,12 @@ def _draw_clearances(figure: Figure, recording: Recording, scenario: Scenario) -
         axes.legend(
             loc="lower right", bbox_to_anchor=(1.0, 1.11), ncols=4, borderpad=0.0, columnspacing=1.2, handlelength=1.6
         )
-    _time_axis(axes, recording)
+    time_axis(axes, recording)
 
 
 def _draw_kind(axes: Axes, curves: list[Curve], label: str, colour: Colour, style) -> None:
     for number, curve in enumerate(curves):
-        t, value = _least_in_buckets(curve.time, curve.value)
+        t, value = least_in_buckets(curve.time, curve.value)
         axes.plot(t, value, color=colour, ls=style, label=None if number else label)
     if not curves:
         return
@@ -108,7 +106,7 @@ def _gathered(root: np.ndarray) -> np.ndarray:
     return np.sign(root) * root**2
 
 
-def _time_axis(axes: Axes, recording: Recording) -> None:
+def time_axis(axes: Axes, recording: Recording, *, numbers: bool = True) -> None:
     """Time, the grid, and where steps begin: their numbers, in two rows where they would touch."""
     axes.set_xlabel("time [s]")
     axes.grid(axis="y", color=GRID, lw=0.6)
@@ -118,6 +116,8 @@ def _time_axis(axes: Axes, recording: Recording) -> None:
     row, last = 0, -np.inf
     for step in recording.steps:
         axes.axvline(step.start, color=MUTED, lw=0.6, ls=(0, (2, 2)), zorder=0.5)
+        if not numbers:
+            continue
         row = 1 - row if step.start - last < 0.022 * end else 0
         last = step.start
         axes.annotate(
@@ -137,7 +137,8 @@ def _strided(count: int) -> np.ndarray:
     return np.unique(np.append(np.arange(0, count, max(1, count // MAX_BUCKETS)), count - 1))
 
 
-def _least_in_buckets(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def least_in_buckets(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fewer samples of a curve; each stands for the least value of its bucket."""
     size = max(1, len(time) // MAX_BUCKETS)
     starts = np.arange(0, len(time), size)
     return time[starts], np.minimum.reduceat(value, starts)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,7 +12,7 @@ from matplotlib.lines import Line2D
 from drake_ltl.execution.recording import Recording, StepRecord
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.visualization.palette import INK
-from drake_ltl.visualization.style import write_figure
+from drake_ltl.visualization.style import Drawing
 from drake_ltl.visualization.top_view import View, draw_region_names, draw_scale, draw_step, draw_workspace, show_region
 from drake_ltl.visualization.words import actions_words, step_heading
 
@@ -27,30 +26,26 @@ LINE_HEIGHT = 0.13
 """Of a line there [inches]."""
 
 
-def trajectory_figures(
-    recording: Recording, scenario: Scenario, directory: Path, formats: Sequence[str] = ("png",)
-) -> list[Path]:
-    """Writes step_01.png, step_02.png, ... and steps.png with all of them into an existing directory.
-
-    Args:
-        formats: of `png`, `svg` and `pdf`.
-
-    Returns:
-        The files written; none where the run ended before its first sample.
-    """
+def step_drawings(recording: Recording, scenario: Scenario) -> list[Drawing]:
+    """step_01, step_02, ...: none where the run ended before its first sample."""
     view = View.of(recording, scenario)
-    if not recording.steps:
-        return []
     digits = max(2, len(str(len(recording.steps))))
-    paths = []
-    for step in recording.steps:
-        stem = Path(directory) / f"step_{step.number + 1:0{digits}d}"
-        regions = _acting_regions(step)
-        size = (8.6, 6.6) if regions else (6.4, 6.9)
-        paths += write_figure(lambda figure, s=step, r=regions: _draw_step(figure, view, s, r), size, stem, formats)
+    return [_step_drawing(view, step, digits) for step in recording.steps]
+
+
+def sheet_drawing(recording: Recording, scenario: Scenario) -> Drawing:
+    """All steps of a run that has some, side by side."""
+    view = View.of(recording, scenario)
     rows, columns, size = _sheet(recording.steps)
-    return paths + write_figure(
-        lambda figure: _draw_sheet(figure, view, rows, columns), size, Path(directory) / "steps", formats
+    return Drawing("steps", "ways of all steps", size, lambda figure: _draw_sheet(figure, view, rows, columns))
+
+
+def _step_drawing(view: View, step: StepRecord, digits: int) -> Drawing:
+    regions = _acting_regions(step)
+    size = (8.6, 6.6) if regions else (6.4, 6.9)
+    title = f"ways of {step_heading(step, view.recording).lower()}"
+    return Drawing(
+        f"step_{step.number + 1:0{digits}d}", title, size, lambda figure: _draw_step(figure, view, step, regions)
     )
 
 

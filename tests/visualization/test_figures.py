@@ -12,7 +12,7 @@ from matplotlib.text import Text
 
 from drake_ltl.visualization.figures import write_report_figures
 from drake_ltl.visualization.style import RC
-from drake_ltl.visualization.time_figures import _draw_clearances, _draw_lyapunov, _least_in_buckets
+from drake_ltl.visualization.time_figures import _draw_clearances, _draw_lyapunov, least_in_buckets
 from drake_ltl.visualization.top_view import View, draw_step, samples_of
 from drake_ltl.visualization.trajectory_figures import _draw_sheet, _joined, _sheet
 
@@ -21,7 +21,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 def test_report_has_a_figure_for_each_step_and_the_curves(recording, scenario, tmp_path):
     paths = write_report_figures(recording, scenario, tmp_path / "report")
-    names = ["step_01", "step_02", "step_03", "step_04", "steps", "lyapunov", "clearances"]
+    names = ["step_01", "step_02", "step_03", "step_04", "steps", "gantt", "clearances", "lyapunov", "effort"]
     assert [path.name for path in paths] == [f"{name}.png" for name in names]
     assert all(path.read_bytes().startswith(PNG) for path in paths)
 
@@ -46,7 +46,7 @@ def test_a_run_that_stopped_at_once_is_drawn_as_far_as_it_went(recording, scenar
     arrays = {field: cut(getattr(recording, field)) for field in names}
     step = dataclasses.replace(recording.steps[0], duration=0.0, finished=False)
     one_sample = dataclasses.replace(recording, steps=(step,), completed=False, **groups, **arrays)
-    assert len(write_report_figures(one_sample, scenario, tmp_path)) == 4
+    assert len(write_report_figures(one_sample, scenario, tmp_path)) == 6
 
 
 def test_a_step_is_drawn_with_begin_end_and_team(recording, scenario):
@@ -90,7 +90,7 @@ def test_a_run_without_motion_still_has_its_figures(recording, scenario):
 def test_no_minimum_is_lost_in_drawing():
     value = np.ones(100_000)
     value[54_321] = -0.5
-    t, least = _least_in_buckets(np.arange(len(value), dtype=float), value)
+    t, least = least_in_buckets(np.arange(len(value), dtype=float), value)
     assert len(t) < 5000
     assert least.min() == -0.5
 
