@@ -59,7 +59,7 @@ class PlanSupervisor(LeafSystem):
     `progress` is all of it, a Progress.
 
     Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
-    newer than the applied ones, a per-step event ends AdvanceTo with this system's status. Apply `commanded_grasps`
+    newer than the applied ones, the next look ends AdvanceTo with this system's status. Apply `commanded_grasps`
     to the plant, then call `acknowledge`.
     """
 
@@ -97,7 +97,7 @@ class PlanSupervisor(LeafSystem):
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
         # Not a discrete update: the plant's own would then run with what is told now one step later.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
-        self.DeclarePerStepPublishEvent(self._hand_over)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._hand_over)
 
     def _declare_outputs(self) -> None:
         state = {self._progress.ticket()}
@@ -262,15 +262,12 @@ class PlanSupervisor(LeafSystem):
             values.set_value(reach, signals.reach)
 
     def _measure(self, context: Context) -> Measurement:
-        states = {name: self._state_port[name].Eval(context) for name in self._sizes}
-        bodies = {name: self._state_port[name].Eval(context) for name in self._objects}
-        return Measurement(
-            time=context.get_time(),
-            q={name: x[: self._sizes[name]] for name, x in states.items()},
-            qd={name: x[self._sizes[name] :] for name, x in states.items()},
-            X_WO=_Poses(bodies),
-            V_WO={name: x[7:] for name, x in bodies.items()},
-        )
+        states = {name: port.Eval(context) for name, port in self._state_port.items()}
+        q, qd = {}, {}
+        for name, n in self._sizes.items():
+            q[name], qd[name] = states[name][:n], states[name][n:]
+        bodies = {name: states[name] for name in self._objects}
+        return Measurement(context.get_time(), q, qd, _Poses(bodies), {name: x[7:] for name, x in bodies.items()})
 
     def _applied_revision(self, context: Context) -> int:
         return int(context.get_numeric_parameter(self._applied).GetAtIndex(0))
