@@ -47,3 +47,9 @@ def test_keep_going(drake_ltl, shuttle_file, tmp_path, upwards):
     recording = Recording.load(path)
     assert recording.time[-1] > recording.monitored[0].time + 0.2
     assert f"the {recording.monitored[0].monitor} monitor saw" in in_one_line(result.out)
+
+
+def test_a_host_that_is_none(drake_ltl, shuttle_file):
+    result = drake_ltl("simulate", shuttle_file, "--meshcat", "--meshcat-host", "203.0.113.9")
+    assert result.status == 2
+    assert "argument --meshcat-host: '203.0.113.9' is no address of this computer" in result.err
