@@ -32,7 +32,7 @@ def array_damage(arrays: Mapping[str, np.ndarray]) -> Iterator[str]:
     for name, array in arrays.items():
         wanted = np.dtype(np.int64 if name in _WHOLE_ARRAYS else np.float64)
         if array.dtype != wanted:
-            yield f"{name} is an array of {array.dtype}, not of {wanted}"
+            yield f"{_named(name)} is an array of {array.dtype}, not of {wanted}"
 
 
 def _unfit(where: str, entries: Mapping[str, Any], checks: Mapping[str, tuple]) -> Iterator[str]:
@@ -47,6 +47,10 @@ def _shown(value: Any) -> str:
     except ValueError:  # integers of thousands of digits have no decimal text
         text = "a number of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _named(name: str) -> str:
+    return name if len(name) <= 60 and name.isprintable() else _shown(name)
 
 
 def _is_text(value: Any) -> bool:
