@@ -62,6 +62,6 @@ def test_everywhere_if_told_so(host):
 
 def test_a_page_connects_to_where_it_comes_from():
     page = live_page(
-        f"<body><script>{_ADDRESS}</script></body>", '"http://" + location.hostname + ":7000/"', PageData("t")
+        f"<body><script>{_ADDRESS}</script></body>", '"http://" + location.hostname + ":7000/"', PageData("t", ())
     )
     assert 'url = "http://" + location.hostname + ":7000/";' in page
