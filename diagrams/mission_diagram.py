@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from drake_ltl.diagrams.fault_parts import AddDrives, AddFaultMonitors, AddSensors, FaultParts
 from drake_ltl.diagrams.monitors import AddMonitors
 from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.separate_controllers import AddSeparateControllers
@@ -18,6 +19,8 @@ from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.mission import Layout, Mission
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.drives import Drives
+from drake_ltl.systems.fault_monitors import FaultMonitor
 from drake_ltl.systems.mission_controller import MissionController
 from drake_ltl.systems.monitors import Monitor
 from drake_ltl.systems.plan_supervisor import PlanSupervisor
@@ -44,6 +47,9 @@ class MissionDiagram:
     models: MeasuredModels
     monitors: Mapping[str, Monitor] = field(default_factory=dict)
     """By name; none if the diagram was made without."""
+    drives: Drives | None = None
+    """Where faults are looked for."""
+    fault_monitors: tuple[FaultMonitor, ...] = ()
 
     def CreateStartContext(self) -> Context:
         """A context with every body at its start, at rest, and every weld inactive."""
@@ -73,6 +79,9 @@ def MakeMissionDiagram(
     separate_controllers: bool = False,
     own_controllers: Mapping[str, LeafSystem] | None = None,
     monitors: bool = True,
+    program: MissionProgram | None = None,
+    holds: Mapping[str, int] | None = None,
+    faults: FaultParts | None = None,
 ) -> MissionDiagram:
     """Assembles the diagram that carries out the mission's first `num_steps` steps and then holds.
 
@@ -85,6 +94,9 @@ def MakeMissionDiagram(
         own_controllers: systems that take the place of separate controllers, by the names of these
             (`transition_<agent>`, `hold_<agent>`, `reach_<agent>`, `transport_<object>`), with the same ports.
         monitors: whether systems watch that nothing goes wrong (docs/monitors.md).
+        program: what is carried out in place of the mission's steps.
+        holds: agent -> index of the weld with which it begins.
+        faults: with drives that can fail, sensors as the scenario has them, and monitors that notice.
 
     Raises:
         InvalidInputError: there is no controller of such a name, or a port is missing or of another size.
@@ -93,19 +105,30 @@ def MakeMissionDiagram(
     builder = DiagramBuilder() if builder is None else builder
     transport_plant = AddTransportPlant(builder, scenario, models, sampled_outputs=False, visible=not unseen)
     transport_plant.plant.set_name("plant")
-    support = _add_support(builder, transport_plant)
-    program = mission_program(mission, models, scenario)
-    supervision = Supervision(program, scenario, models, num_steps)
+    plant, support = transport_plant.plant, _add_support(builder, transport_plant)
+    program = program or mission_program(mission, models, scenario)
+    supervision = Supervision(program, scenario, models, num_steps, holds=holds)
     supervisor = builder.AddSystem(PlanSupervisor(supervision, models, scenario.controller.period))
-    for name, instance in (transport_plant.agents | transport_plant.objects).items():
-        state = transport_plant.plant.get_state_output_port(instance)
-        builder.Connect(state, supervisor.get_state_input_port(name))
+    members = transport_plant.agents | transport_plant.objects
+    seen = {None: plant.get_state_output_port()}
+    seen |= {name: plant.get_state_output_port(instance) for name, instance in members.items()}
+    if faults is not None:
+        seen = AddSensors(builder, scenario, transport_plant, seen)
+    for name in members:
+        builder.Connect(seen[name], supervisor.get_state_input_port(name))
     parts = (builder, program, scenario, models, transport_plant, supervisor)
     if separate_controllers or own_controllers:
         torque = controls = AddSeparateControllers(*parts, own_controllers)
     else:
-        torque, controls = _add_controller(*parts)
-    _drive(builder, transport_plant, torque)
+        torque, controls = _add_controller(*parts, seen[None])
+    driving, drives, fault_monitors = torque, None, ()
+    if faults is not None:
+        drives = AddDrives(builder, models, torque)
+        driving = drives.get_delivered_output_port()
+        fault_monitors = AddFaultMonitors(
+            builder, faults, scenario, models, transport_plant, supervisor, seen[None], torque, drives
+        )
+    _drive(builder, transport_plant, driving)
     if meshcat is not None:
         AddMissionVisualizer(
             builder,
@@ -135,7 +158,9 @@ def MakeMissionDiagram(
         log.set_name(f"log_{name}")
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return MissionDiagram(diagram, transport_plant, support, supervisor, logs, program, scenario, models, watching)
+    return MissionDiagram(
+        diagram, transport_plant, support, supervisor, logs, program, scenario, models, watching, drives, fault_monitors
+    )
 
 
 def _add_support(builder: DiagramBuilder, transport_plant: TransportPlant) -> ConstantVectorSource:
@@ -154,13 +179,14 @@ def _add_controller(
     models: MeasuredModels,
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
+    state: OutputPort,
 ) -> tuple[OutputPort, OutputPort]:
     """All control laws in one system. Returns the torques of all agents' joints, stacked (sum n_i,), and the same with
     V behind."""
     plant = transport_plant.plant
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     controller = builder.AddSystem(MissionController(places, program, scenario, models))
-    builder.Connect(plant.get_state_output_port(), controller.get_state_input_port())
+    builder.Connect(state, controller.get_state_input_port())
     builder.Connect(supervisor.get_progress_output_port(), controller.get_progress_input_port())
     return controller.get_torque_output_port(), controller.get_controls_output_port()
 

@@ -10,10 +10,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, LeafSystem
 
 from drake_ltl.diagrams import MakeMissionDiagram, MissionDiagram
-from drake_ltl.errors import MissingDependencyError, naming_file
+from drake_ltl.errors import InvalidInputError, MissingDependencyError, Mistake, naming_file
+from drake_ltl.execution.recovery import FaultRun, RunWithFaults
 from drake_ltl.execution.runner import Run, RunMission, RunProgress
 from drake_ltl.multibody import MeasuredModels, MeasureGeometry
 from drake_ltl.planning.fits import published_fits
+from drake_ltl.planning.geometric_fits import GeometricFits
 from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.mission_planner import plan_mission
 from drake_ltl.scenario.model import Scenario
@@ -24,6 +26,7 @@ from drake_ltl.visualization.live_page import ServeLivePage
 from drake_ltl.visualization.meshcat_scene import LOCALHOST, MakeMeshcat
 from drake_ltl.visualization.page_data import live_page_data, recorded_page_data
 from drake_ltl.visualization.recorded_page import StartPage, WritePage
+from drake_ltl.visualization.replay import PublishReplay
 
 
 def measure(scenario: Scenario) -> MeasuredModels:
@@ -79,8 +82,13 @@ def simulate(
         report: told of the progress once per simulated second.
 
     Raises:
-        InvalidInputError: the controller's settings do not suit the mission.
+        InvalidInputError: the controller's settings do not suit the mission, or the scenario has `faults:` and what is
+            asked for is not for such runs (`live`, `graphviz`, own controllers).
     """
+    if scenario.faults:
+        refused = {"live": live, "own_controllers": own_controllers, "graphviz": graphviz}
+        _refuse([name for name, value in refused.items() if value])
+        return _simulate_with_faults(mission, scenario, models, suffix_rounds, page, disturb, report, announce)
     steps = num_steps(mission, suffix_rounds)
     meshcat = MakeMeshcat(host=meshcat_host if live else LOCALHOST) if live or page is not None else None
     diagram = MakeMissionDiagram(
@@ -105,6 +113,35 @@ def simulate(
     if page is not None:
         WritePage(meshcat, page, recorded_page_data(result.recording, scenario))
     return result
+
+
+def _refuse(what: list[str]) -> None:
+    if what:
+        remedy = "leave it out, or the block `faults:` (--record shows such a run afterwards)"
+        raise InvalidInputError([Mistake("faults", f"a run with faults has no `{name}`", remedy) for name in what])
+
+
+def _simulate_with_faults(
+    mission: Mission,
+    scenario: Scenario,
+    models: MeasuredModels,
+    suffix_rounds: int,
+    page: Path | None,
+    disturb: Callable[[MissionDiagram, Context], None] | None,
+    report: Callable[[RunProgress], None] | None,
+    announce: Callable[[str], None],
+) -> FaultRun:
+    """Faults are noticed and recovered from (docs/faults.md); `announce` is told of each."""
+    fits = GeometricFits(scenario, models.geometry) if scenario.fits is None else published_fits(scenario.fits)
+    run = RunWithFaults(mission, scenario, models, fits, suffix_rounds=suffix_rounds, report=report, disturb=disturb)
+    for noticed in run.noticed:
+        announce(str(noticed))
+    if page is not None:
+        meshcat = MakeMeshcat()
+        StartPage(meshcat)
+        PublishReplay(run.recording, scenario, models, meshcat)
+        WritePage(meshcat, page, recorded_page_data(run.recording, scenario))
+    return run
 
 
 def write_graphviz(diagram: Diagram, path: Path) -> None:

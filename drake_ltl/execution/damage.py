@@ -20,7 +20,7 @@ def header_damage(header: Mapping[str, Any]) -> Iterator[str]:
     """What is of another kind than it should be, in a header in which nothing is missing."""
     yield from _unfit("", header, _HEADER)
     for index, step in enumerate(header["steps"]):
-        yield from _unfit(f"steps[{index}].", step, _STEP)
+        yield from _unfit(f"steps[{index}].", {"halted": "", "faulty": [], **step}, _STEP)
     for index, interval in enumerate(header["intervals"]):
         yield from _unfit(f"intervals[{index}].", interval, _INTERVAL)
     for index, seen in enumerate(header["monitored"]):
@@ -138,6 +138,8 @@ _STEP = {
     "start": (_is_number, "a number"),
     "duration": (_is_number, "a number"),
     "finished": (_is_flag, "true or false"),
+    "halted": (_is_text, "a text"),
+    "faulty": (_are_texts, "a list of names"),
 }
 _INTERVAL = {
     "step": (_is_count, "a whole number"),

@@ -12,8 +12,8 @@ from drake_ltl.multibody.parsing import GRASP_FRAME
 from drake_ltl.multibody.postures import pose_error
 
 
-def ApplyGrasps(mission: MissionDiagram, root_context: Context) -> None:
-    """Makes exactly the commanded welds active and acknowledges them.
+def ApplyGrasps(mission: MissionDiagram, root_context: Context, broken: frozenset[int] = frozenset()) -> None:
+    """Makes exactly the commanded welds active, but those that are broken, and acknowledges them.
 
     Raises:
         GraspError: a gripper is farther from its grasp frame than the scenario's tolerances allow. A weld closes
@@ -22,7 +22,7 @@ def ApplyGrasps(mission: MissionDiagram, root_context: Context) -> None:
     plant = mission.transport_plant.plant
     plant_context = plant.GetMyMutableContextFromRoot(root_context)
     supervisor_context = mission.supervisor.GetMyMutableContextFromRoot(root_context)
-    commanded = set(mission.supervisor.commanded_grasps(supervisor_context))
+    commanded = set(mission.supervisor.commanded_grasps(supervisor_context)) - broken
     active = [plant.GetConstraintActiveStatus(plant_context, i) for i in mission.transport_plant.weld_ids]
     for index, is_active in enumerate(active):
         if index in commanded and not is_active:

@@ -45,6 +45,11 @@ class StepRecord:
     duration: float
     """[s]"""
     finished: bool
+    halted: str = ""
+    """The fault that ended it before its actions were done; empty if none did. What its movers do then is to brake, to
+    let go and to stand wherever they are: a state of the run all the same."""
+    faulty: tuple[str, ...] = ()
+    """Whom the fault befell."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +240,10 @@ _GROUP_FIELDS = ("q", "qd", "centre", "pose", "velocity")
 
 def _from_parts(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recording:
     lists = {field: tuple(header[field]) for field in ("agents", "objects", "lacks")}
-    steps = tuple(StepRecord(**{**step, "actions": tuple(step["actions"])}) for step in header["steps"])
+    steps = tuple(
+        StepRecord(**{**step, "actions": tuple(step["actions"]), "faulty": tuple(step.get("faulty", ()))})
+        for step in header["steps"]
+    )
     intervals = tuple(_interval(interval) for interval in header["intervals"])
     monitored = tuple(Violation(**{**seen, "who": tuple(seen["who"])}) for seen in header["monitored"])
     names = {"q": "agents", "qd": "agents", "centre": "agents", "pose": "objects", "velocity": "objects"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from drake_ltl.planning.initial import initial_state
 from drake_ltl.planning.large_missions import plan_large_mission
 from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.placement import place
-from drake_ltl.planning.plan import Plan
+from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import TransitionSystem, form
@@ -31,6 +31,8 @@ def plan_mission(
     *,
     fits: Fits | None = None,
     max_attempts: int = 60,
+    seen: Sequence[State] = (),
+    possible: Callable[[TransitionSystem], NDArray[np.bool_]] | None = None,
 ) -> Mission:
     """A mission of small cost among the plans whose bodies can be placed.
 
@@ -45,6 +47,8 @@ def plan_mission(
         starts: where all members are at the beginning.
         fits: P_{s,0}; None takes the geometric predicate.
         max_attempts: number of plans to place.
+        seen: states that were passed before those starts, from the initial one (`planner.plan`).
+        possible: which transitions (E,) of TS are still possible; None means all.
 
     Returns:
         A placed mission. If its plan is not the first one, it counts as feasible, with the cost of the first as
@@ -60,13 +64,17 @@ def plan_mission(
     try:
         start, system = initial_state(scenario, starts), form(scenario, fits, sum_rule(scenario))
     except SearchLimitError:
+        if seen or possible:  # the bounded method begins all missions anew, with all that everybody can
+            raise
         return plan_large_mission(scenario, geometry, starts, fits)
+    if possible is not None:
+        system = system.keep(possible(system))
     widths = list(np.zeros((3, system.n_transitions), dtype=bool))
     failures: list[str] = []
     least: Plan | None = None
     while len(failures) < max_attempts:
         try:
-            found = plan(scenario, start, fits, system=system.keep(~widths[0]) if failures else system)
+            found = plan(scenario, start, fits, system=system.keep(~widths[0]) if failures else system, seen=seen)
         except InfeasibleError as error:
             if not failures:
                 raise

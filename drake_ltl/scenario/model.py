@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from rich.console import RenderableType
 
+from drake_ltl.scenario.faults import Fault
+
 
 @dataclass(frozen=True)
 class Region:
@@ -165,6 +167,8 @@ class Scenario(Shown):
     simulation: SimulationSettings = SimulationSettings()
     team_radius: float | None = None
     """What holds for every object that says nothing of its own; the objects carry it too."""
+    faults: tuple[Fault, ...] = ()
+    """What goes wrong in the simulation."""
     source: str = ""
     """The text the scenario was read from; a recording carries it."""
 

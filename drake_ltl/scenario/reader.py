@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.scenario import checks, formulas, yaml_text
 from drake_ltl.scenario import table as read
+from drake_ltl.scenario.faults import read_faults
 from drake_ltl.scenario.model import (
     Agent,
     ControllerSettings,
@@ -119,6 +120,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         simulation=_settings(
             top.table("simulation"), SimulationSettings, {"time_step": read.at_most(LARGEST_TIME_STEP)}
         ),
+        faults=read_faults(top, agents, objects),
     )
     top.close()
     return scenario

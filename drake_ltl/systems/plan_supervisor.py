@@ -22,6 +22,7 @@ from pydrake.systems.framework import (
 )
 
 from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.systems.program import StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, pack_step
 from drake_ltl.systems.supervision import Supervision
@@ -187,6 +188,29 @@ class PlanSupervisor(LeafSystem):
     def waiting_for(self, context: Context) -> list[str]:
         """What keeps the step from ending, for people."""
         return self._supervision.waiting_for(self.GetProgress(context), self._measure(context))
+
+    def Halt(self, context: Context) -> None:
+        """Begins the safe mode."""
+        self._put(context, self._supervision.halt)
+
+    def LetGo(self, context: Context, agents: Iterable[str]) -> None:
+        """In safe mode: some agents open their welds, which waits to be applied, and come away."""
+        self._put(context, lambda state, now: self._supervision.safe_mode.let_go(state, now, agents))
+
+    def is_quiet(self, context: Context, but: frozenset[str]) -> bool:
+        """In safe mode: whether all but some agents hold at rest."""
+        return self._supervision.safe_mode.is_quiet(self.GetProgress(context), self._measure(context), but)
+
+    def step_program(self, context: Context) -> StepProgram:
+        """The tasks of the step being carried out."""
+        return self._supervision.step(self.GetProgress(context))
+
+    def measured(self, context: Context) -> Measurement:
+        """What the supervisor sees now."""
+        return self._measure(context)
+
+    def _put(self, context: Context, change: Callable[[Progress, Measurement], Progress]) -> None:
+        self.SetProgress(context, change(self.GetProgress(context), self._measure(context)))
 
     def GetProgress(self, context: Context) -> Progress:
         """The discrete state as Progress."""

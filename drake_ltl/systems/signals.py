@@ -18,6 +18,8 @@ class Phase(IntEnum):
     """Every mover has arrived; agents that first had to drive to their stand-off grasp now."""
     DONE = 2
     """The mission is over: everything holds."""
+    SAFE = 3
+    """A fault has been noticed: movers have braked, and whoever lets go comes away."""
 
 
 class Mode(IntEnum):

@@ -8,7 +8,7 @@ from the begin of a phase to its end.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from drake_ltl.systems.detours import Detours, started
 from drake_ltl.systems.legs import ALL, moving_tasks
 from drake_ltl.systems.program import GraspTask, MissionProgram, ReleaseTask, StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
+from drake_ltl.systems.safe_mode import SafeMode
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_ends
 from drake_ltl.systems.step_field import FieldBuilder
 
@@ -36,12 +37,22 @@ PATIENCE = 0.8
 class Supervision:
     """The rules of a mission: `begin` makes its first Progress, `advance` every further one."""
 
-    def __init__(self, program: MissionProgram, scenario: Scenario, models: MeasuredModels, num_steps: int):
-        """`num_steps` steps are carried out, then everything holds (Phase.DONE)."""
+    def __init__(
+        self,
+        program: MissionProgram,
+        scenario: Scenario,
+        models: MeasuredModels,
+        num_steps: int,
+        holds: Mapping[str, int] | None = None,
+    ):
+        """`num_steps` steps are carried out, then everything holds (Phase.DONE). `holds` are the welds with which it
+        begins: agent -> index."""
         if num_steps < 0:
             raise ValueError(f"num_steps must not be negative, not {num_steps!r}")
         self.program = program
         self.num_steps = num_steps
+        self.safe_mode = SafeMode(models, program.welds)
+        self._holds = holds or {}
         self._names = list(models.agents)
         self._models = models
         self._arrival = Arrival(models, scenario.tolerances)
@@ -49,7 +60,10 @@ class Supervision:
 
     def begin(self, now: Measurement) -> Progress:
         """The mission's first phase."""
-        rest = tuple(AgentSignals(Mode.HOLD, q, pack_reach(now.time, LEAST_REACH_TIME, q, q)) for q in now.q.values())
+        rest = tuple(
+            AgentSignals(Mode.HOLD, q, pack_reach(now.time, LEAST_REACH_TIME, q, q), self._holds.get(name, NO_GRASP))
+            for name, q in now.q.items()
+        )
         return self._begin_step(Progress(0, Phase.NAVIGATE, now.time, 0, now.anchor, rest), now)
 
     def advance(self, state: Progress, applied: int, now: Measurement) -> Progress:
@@ -60,6 +74,8 @@ class Supervision:
         """
         if state.phase is Phase.DONE or applied != state.revision:
             return state
+        if state.phase is Phase.SAFE:
+            return self.safe_mode.advance(state, now)
         state = self._settle_reaches(state, now)
         if applied != state.revision:
             return state
@@ -69,6 +85,13 @@ class Supervision:
         if state.phase is Phase.NAVIGATE and step.late_grasps:
             return self._begin_late_grasps(state, step, now)
         return self._begin_step(replace(state, count=state.count + 1), now)
+
+    def halt(self, state: Progress, now: Measurement) -> Progress:
+        """Safe mode begins, see `SafeMode`; the same if it has begun."""
+        if state.phase in (Phase.SAFE, Phase.DONE):
+            return state
+        reaching = [n for n, told in zip(self._names, state.agents, strict=True) if told.mode == Mode.REACH]
+        return self.safe_mode.halt(state, now, {name: self._reach_task(state, name) for name in reaching})
 
     def step(self, state: Progress) -> StepProgram:
         """The tasks of the step being carried out."""
@@ -92,7 +115,7 @@ class Supervision:
             step = self.step(state)
             yield from filter(None, (self._arrival.left(task, now) for task in (*step.travels, *step.transports)))
         for name, signals in zip(self._names, state.agents, strict=True):
-            if signals.mode == Mode.REACH and state.phase is not Phase.DONE:
+            if signals.mode == Mode.REACH and state.phase not in (Phase.DONE, Phase.SAFE):
                 task = self._reach_task(state, name)
                 verb = "grasping" if isinstance(task, GraspTask) else "releasing"
                 yield f"{name} is still {verb} {task.weld.object}{self._gap_text(task, now)}"

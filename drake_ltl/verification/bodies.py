@@ -52,10 +52,16 @@ def _covered(recording: Recording, mechanics: Mechanics, span: Span) -> Iterator
 
 
 def _teams_covered(recording: Recording, mechanics: Mechanics, span: Span, roles: Roles) -> Iterator[Violation]:
+    objects = recording.objects
     for mover in roles.transports:
         for agent in mover.team:
             beyond = mechanics.team_reach[mover.name, agent] - recording.team_radius[mover.name]
             what = f"{agent} reaches out of the sphere of the team that carries {mover.name}"
+            if span.halted and agent in span.faulty:  # it may have lost its grasp
+                continue
+            if span.halted:  # once it has let go it is no longer of the team
+                held = recording.grasp[mechanics.seen, recording.agents.index(agent)] == objects.index(mover.name)
+                beyond = np.where(held, beyond, -np.inf)
             yield from _beyond(recording, mechanics, span, beyond, (mover.name, agent), what)
 
 

@@ -28,12 +28,26 @@ class Expected:
         return frozenset(agent for agent, held in self.grasps.items() if held == obj)
 
 
-def expectations(start: Expected, spans: Sequence[Span]) -> list[Expected]:
-    """Before each span and after the last one (K + 1)."""
+def expectations(
+    start: Expected, spans: Sequence[Span], found: Callable[[int], Expected] | None = None
+) -> list[Expected]:
+    """Before each span and after the last one (K + 1). After a fault, who acted is `found` at the sample of the end,
+    and who did not is still where it was; runs without faults need no such look."""
     expected = [start]
     for span in spans:
-        expected.append(_after(expected[-1], span.actions))
+        before = expected[-1]
+        expected.append(_halted(before, found(span.end), span) if span.halted else _after(before, span.actions))
     return expected
+
+
+def _halted(before: Expected, found: Expected, span: Span) -> Expected:
+    """How far those who acted came shows in what is found alone."""
+    acted = {name for action in span.actions for name in (*action["agents"], action["object"])} | set(span.faulty)
+
+    def joined(was: Mapping[str, str | None], now: Mapping[str, str | None]) -> dict[str, str | None]:
+        return {name: now[name] if name in acted else value for name, value in was.items()}
+
+    return Expected(joined(before.agents, found.agents), joined(before.objects, found.objects), found.grasps)
 
 
 CanCarry = Callable[[str, frozenset[str]], bool]
@@ -67,9 +81,10 @@ def _after(before: Expected, actions: Iterable[dict]) -> Expected:
     for action in actions:
         obj = action["object"]
         for agent in action["agents"]:
-            agents[agent] = action["to"]
-            if action["kind"] in ("grasp", "release"):
+            if action["kind"] in ("grasp", "release"):  # it stays where it is
                 grasps[agent] = obj if action["kind"] == "grasp" else None
+            else:
+                agents[agent] = action["to"]
         if action["kind"] == "transport":
             objects[obj] = action["to"]
     return Expected(agents, objects, grasps)

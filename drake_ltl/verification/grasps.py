@@ -33,15 +33,18 @@ def grasp_violations(
     for column, agent in enumerate(recording.agents):
         welded = recording.grasp[span.own, column]
         old, new = (_index(recording, expected.grasps[agent]) for expected in (before, after))
-        stray = np.flatnonzero(~np.isin(welded, (old, new)))
+        allowed = [old, new]
+        if span.halted:  # in safe mode who holds, or has just grasped, lets go
+            allowed += [NOTHING, _index(recording, roles.grasping.get(agent))]
+        stray = np.flatnonzero(~np.isin(welded, allowed))
         switches = np.flatnonzero(np.diff(welded)) + 1
         if len(stray):
             what = f"{agent} is welded to {_named(recording, welded[stray[0]])} instead of {_named(recording, old)}"
             yield Violation("grasp", (agent,), what, float(time[stray[0]]), span.number)
-        elif len(switches) > 1:
+        elif len(switches) > 1 + span.halted:
             what = f"{agent} changes its grasp {len(switches)} times in one step"
             yield Violation("grasp", (agent,), what, float(time[switches[1]]), span.number)
-        elif span.finished and old != new and welded[-1] == old:
+        elif span.finished and not span.halted and old != new and welded[-1] == old:
             verb = "grasped" if agent in roles.grasping else "released"
             what = f"{agent} has not {verb} {recording.objects[max(old, new)]}"
             yield Violation("grasp", (agent,), what, float(time[-1]), span.number)
@@ -96,6 +99,8 @@ def weld_violations(
         (errors.angle, max(HELD_ANGLE, tolerances.weld_angle), "rad", "degrees", 180.0 / np.pi),
     )
     for column, agent in enumerate(recording.agents):
+        if span.halted and agent in span.faulty:  # that its grasp came open may have been the fault
+            continue
         for error, limit, unit, shown_in, scale in limits:
             what = f"the weld of {agent} is off by more than {scale * limit:.3g} {shown_in}"
             violation = Violation("weld", (agent,), what, step=span.number, unit=unit)

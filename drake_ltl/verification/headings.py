@@ -42,7 +42,7 @@ def heading_errors(
     should, objects = headings(scenario, recording.steps), {obj.name: obj for obj in scenario.objects}
     errors = {}
     for span, step in zip(spans, roles, strict=True):
-        for name in sorted(step.carried) if span.finished else ():
+        for name in sorted(step.carried) if span.finished and not span.halted else ():
             is_now = rotations(recording.pose[name][span.end : span.end + 1])
             goal = orientation(objects[name], should[span.number + 1][name])
             _, _, z, w = (is_now * goal.inv()).as_quat()[0]

@@ -18,6 +18,8 @@ from drake_ltl.verification.violations import Violation, where_bad
 
 STAND = 0.06
 """How far a mover goes while no navigation function moves it: it brakes, and is let go or held [m]."""
+BRAKING = 0.5
+"""... and if a fault halts its step: at 2 m/s a hold brakes within 20 cm, a fault can be noticed late [m]."""
 AT_REST = 0.1
 """Speed at which a mover counts as having come to rest [m/s, rad/s]."""
 ARRIVED = 0.25
@@ -54,9 +56,10 @@ def _left_alone(recording: Recording, span: Span, name: str, records: Sequence[I
     where = centres(recording, name)[span.own]
     last = np.maximum.accumulate(np.where(driven, np.arange(len(driven)), 0))  # when it was last driven
     way = np.linalg.norm(where - where[last], axis=1)
-    what = f"{name} moves by more than {100 * STAND:.3g} cm under no navigation function"
+    most = BRAKING if span.halted else STAND
+    what = f"{name} moves by more than {100 * most:.3g} cm under no navigation function"
     violation = Violation("lyapunov", (name,), what, step=span.number, unit="m")
-    yield from where_bad(violation, way > STAND, way, time)
+    yield from where_bad(violation, way > most, way, time)
 
 
 def _broken_off(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.motion import motion_violations
 from drake_ltl.verification.objects import largest_tilt, object_violations
-from drake_ltl.verification.regions import region_at, region_violations, start_violations
+from drake_ltl.verification.regions import found_at, region_violations, start_violations
 from drake_ltl.verification.rest import rest_violations
 from drake_ltl.verification.roles import Roles, step_roles
 from drake_ltl.verification.soundness import check_sound
@@ -97,7 +97,8 @@ def verify(
     violations += inside_team_violations(nearest)
     violations += _conduct_violations(recording, scenario, run, mechanics, welds)
     violations += heading_violations(recording, scenario, run.spans, turned)
-    violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises)
+    exact = not any(fault.kind == "sensors" for fault in scenario.faults)
+    violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises, exact=exact)
     violations += word_violations(recording, scenario, states)
     return Verdict(
         satisfied=not violations,
@@ -135,12 +136,8 @@ class _Run:
 def _run(recording: Recording, scenario: Scenario) -> _Run:
     """Regions of the start are read off the poses; nobody grasps anything yet (a scenario cannot say otherwise)."""
     spans = step_spans(recording)
-    start = Expected(
-        agents={agent: region_at(recording, scenario, agent, 0) for agent in recording.agents},
-        objects={obj: region_at(recording, scenario, obj, 0) for obj in recording.objects},
-        grasps=dict.fromkeys(recording.agents),
-    )
-    expected = expectations(start, spans)
+    start = replace(found_at(recording, scenario, 0), grasps=dict.fromkeys(recording.agents))
+    expected = expectations(start, spans, lambda sample: found_at(recording, scenario, sample))
     roles = [step_roles(before, span) for before, span in zip(expected, spans, strict=False)]
     return _Run(spans, tuple(roles), tuple(expected))
 

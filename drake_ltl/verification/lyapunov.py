@@ -19,6 +19,8 @@ RISE = 1e-6
 
 AGREEMENT = 1e-6
 """Difference between the recorded V and V worked out anew that rounding explains, relative to the larger."""
+UNNOTICED = 1.0
+"""Of the last so many seconds before a fault halts a step V is not judged: the fault moves bodies as well [s]."""
 LEAST_V = 1e-3
 """... or to this, where both are smaller [J]."""
 
@@ -38,23 +40,40 @@ def lyapunov_rises(recording: Recording, V: np.ndarray) -> np.ndarray:
 
 
 def lyapunov_violations(
-    recording: Recording, V: np.ndarray, spans: Sequence[Span], roles: Sequence[Roles], rises: np.ndarray
+    recording: Recording,
+    V: np.ndarray,
+    spans: Sequence[Span],
+    roles: Sequence[Roles],
+    rises: np.ndarray,
+    *,
+    exact: bool = True,
 ) -> Iterator[Violation]:
-    """Steps in which V rises, in which something moves without a V that could fall, or whose recorded V is none."""
+    """Steps in which V rises, in which something moves without a V that could fall, or whose recorded V is none.
+
+    Args:
+        exact: whether the controllers saw the motion as it is recorded; else the V that they recorded is another one.
+    """
     off = np.abs(recording.lyapunov - V) / np.maximum(np.maximum(np.abs(V), np.abs(recording.lyapunov)), LEAST_V)
     for span, step in zip(spans, roles, strict=True):
         time = recording.time[span.own]
         violation = Violation("lyapunov", (), "V rises, relative to its start", step=span.number)
-        yield from where_bad(violation, rises[span.own] > RISE, rises[span.own], time)
+        judged = time < _end_of_motion(V[span.own], time) - UNNOTICED if span.halted else np.ones(len(time), dtype=bool)
+        yield from where_bad(violation, judged & (rises[span.own] > RISE), rises[span.own], time)
         touching = V[span.own] >= TOUCHING
         violation = Violation("lyapunov", (), "V has no value: a goal or a mover touches something", step=span.number)
         yield from where_bad(violation, touching, touching.astype(float), time)
         violation = Violation("lyapunov", (), "the recorded V is not that of the motion", step=span.number)
-        yield from where_bad(violation, off[span.own] > AGREEMENT, off[span.own], time)
+        yield from where_bad(violation, exact & (off[span.own] > AGREEMENT), off[span.own], time)
         if step.movers and not V[span.first] > 0.0:
             names = tuple(str(mover) for mover in step.movers)
             what = f"{', '.join(names)} should move, but V is not positive"
             yield Violation("lyapunov", names, what, float(time[0]), span.number)
+
+
+def _end_of_motion(V: np.ndarray, time: np.ndarray) -> float:
+    """When V is positive for the last time [s]; the begin if it never is."""
+    moving = np.flatnonzero(V > 0.0)
+    return float(time[moving[-1] if len(moving) else 0])
 
 
 def _intervals(recording: Recording) -> Iterator[slice]:

@@ -29,7 +29,7 @@ def object_violations(
     for obj in recording.objects:
         put = 0
         for span, step in zip(spans, roles, strict=True):
-            if obj in step.carried:
+            if obj in step.carried or (span.halted and obj in span.faulty):
                 put = span.end
                 continue
             time, pose = recording.time[span.samples], recording.pose[obj][span.samples]

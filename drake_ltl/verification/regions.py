@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drake_ltl.execution.recording import Recording
+from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.scenario.model import Region, Scenario
 from drake_ltl.verification.expected import Expected
 from drake_ltl.verification.roles import Roles
@@ -45,6 +45,16 @@ def region_at(recording: Recording, scenario: Scenario, member: str, sample: int
     return None
 
 
+def found_at(recording: Recording, scenario: Scenario, sample: int) -> Expected:
+    """Regions and grasps as a sample shows them."""
+    names = [None if index == NOTHING else recording.objects[index] for index in recording.grasp[sample].tolist()]
+    return Expected(
+        agents={agent: region_at(recording, scenario, agent, sample) for agent in recording.agents},
+        objects={obj: region_at(recording, scenario, obj, sample) for obj in recording.objects},
+        grasps=dict(zip(recording.agents, names, strict=True)),
+    )
+
+
 def start_violations(recording: Recording, start: Expected) -> Iterator[Violation]:
     """Members that begin in no region."""
     for member in (*recording.agents, *recording.objects):
@@ -55,11 +65,12 @@ def start_violations(recording: Recording, start: Expected) -> Iterator[Violatio
 def region_violations(
     recording: Recording, scenario: Scenario, span: Span, roles: Roles, before: Expected, after: Expected
 ) -> Iterator[Violation]:
-    """Movers must be in their goal region when the step ends, everybody else in their own all the time."""
+    """Movers must be in their goal region when the step ends, unless a fault halted it; everybody else in their own
+    all the time."""
     for member in (*recording.agents, *recording.objects):
         moves = member in roles.moving
         name = after.region(member) if moves else before.region(member)
-        if name is None or (moves and not span.finished):
+        if name is None or (moves and (span.halted or not span.finished)):
             continue
         samples = slice(span.end, span.end + 1) if moves else span.samples
         out = excess(recording, member, scenario.region(name))[samples]

@@ -26,6 +26,10 @@ class Span:
     """Index of the sample that shows the step's end. Poses there are the step's outcome, while grasps, phase and V
     already belong to the next step. Equal to `last` if the step has not finished."""
     finished: bool
+    halted: bool = False
+    """Whether a fault ended it: its movers may then stand anywhere."""
+    faulty: tuple[str, ...] = ()
+    """Whom the fault befell."""
 
     @property
     def samples(self) -> slice:
@@ -50,7 +54,16 @@ def step_spans(recording: Recording) -> tuple[Span, ...]:
         finished = bool(after < len(step))
         last = max(first, after - 1)  # a step shorter than the sampling has one sample, that of the next
         spans.append(
-            Span(record.number, record.actions, int(first), int(last), int(after if finished else last), finished)
+            Span(
+                record.number,
+                record.actions,
+                int(first),
+                int(last),
+                int(after if finished else last),
+                finished,
+                bool(record.halted),
+                record.faulty,
+            )
         )
     first, last = int(firsts[-1]), len(step) - 1
     if first <= last:

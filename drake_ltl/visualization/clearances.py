@@ -11,6 +11,7 @@ from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.clearances import step_clearances
 from drake_ltl.verification.expected import Expected, expectations
+from drake_ltl.verification.regions import found_at
 from drake_ltl.verification.roles import step_roles
 from drake_ltl.verification.spans import step_spans
 
@@ -36,7 +37,8 @@ def _curves(recording: Recording, scenario: Scenario) -> Iterator[Curve]:
     spans = step_spans(recording)
     # Of what stands where, clearances ask only who grasps what.
     start = Expected(*map(dict.fromkeys, (recording.agents, recording.objects, recording.agents)))
-    for before, span in zip(expectations(start, spans), spans, strict=False):
+    expected = expectations(start, spans, lambda sample: found_at(recording, scenario, sample))
+    for before, span in zip(expected, spans, strict=False):
         least: dict[str, np.ndarray] = {}
         for clearance in step_clearances(recording, scenario, span, step_roles(before, span)):
             known = least.get(clearance.kind, clearance.value)

@@ -1,0 +1,92 @@
+"""What a mission's diagram has in addition where faults are looked for: drives, sensors and monitors of faults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from drake_ltl.diagrams.transport_plant import TransportPlant
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.drives import Drives
+from drake_ltl.systems.fault_monitors import (
+    DriveMonitor,
+    FaultMonitor,
+    GripMonitor,
+    LoadMonitor,
+    MotionMonitor,
+    ObjectMonitor,
+)
+from drake_ltl.systems.plan_supervisor import PlanSupervisor
+from drake_ltl.systems.sensors import Sensors
+from drake_ltl.systems.state_places import StatePlaces
+
+
+@dataclass(frozen=True)
+class FaultParts:
+    """That a diagram has them, and where in a run it begins."""
+
+    first_step: int = 0
+    """Number of the run's step with which it begins."""
+    ignored: frozenset[str] = frozenset()
+    """Members of whose faults is known."""
+
+
+Ports = Mapping[str | None, OutputPort]
+"""Member -> its state as it is seen; None -> that of everything."""
+
+
+def AddSensors(builder: DiagramBuilder, scenario: Scenario, parts: TransportPlant, exact: Ports) -> Ports:
+    """Noise and delay as the scenario has them; without any, measurements are exact."""
+    (settings, *_) = [*(fault.values for fault in scenario.faults if fault.kind == "sensors"), None]
+    if settings is None:
+        return exact
+    plant = parts.plant
+    places = StatePlaces.of(plant, parts.agents, parts.objects)
+    sensors = builder.AddSystem(
+        Sensors(places, plant.num_positions(), plant.time_step(), seed=scenario.seed, **settings)
+    )
+    builder.Connect(exact[None], sensors.get_state_input_port())
+    return {name: sensors.get_state_output_port(name) for name in exact}
+
+
+def AddDrives(builder: DiagramBuilder, models: MeasuredModels, torque: OutputPort) -> Drives:
+    """Motors between controllers and plant."""
+    drives = builder.AddSystem(Drives({name: model.effort_limits for name, model in models.agents.items()}))
+    builder.Connect(torque, drives.get_torque_input_port())
+    return drives
+
+
+def AddFaultMonitors(
+    builder: DiagramBuilder,
+    faults: FaultParts,
+    scenario: Scenario,
+    models: MeasuredModels,
+    parts: TransportPlant,
+    supervisor: PlanSupervisor,
+    state: OutputPort,
+    torque: OutputPort,
+    drives: Drives,
+) -> tuple[FaultMonitor, ...]:
+    """One for each kind of symptom, all of what is measured."""
+    places = StatePlaces.of(parts.plant, parts.agents, parts.objects)
+    common = {"first_step": faults.first_step, "ignored": faults.ignored}
+    drive = DriveMonitor(places, scenario, models, **common)
+    motion = MotionMonitor(places, scenario, models, **common)
+    monitors = (
+        drive,
+        motion,
+        GripMonitor(places, scenario, models, parts.welds, **common),
+        ObjectMonitor(places, scenario, parts.welds, **common),
+        LoadMonitor(places, scenario, models, **common),
+    )
+    for monitor in monitors:
+        builder.AddSystem(monitor)
+        builder.Connect(state, monitor.get_state_input_port())
+        builder.Connect(supervisor.get_progress_output_port(), monitor.get_progress_input_port())
+    for monitor in (drive, motion):
+        builder.Connect(torque, monitor.get_torque_input_port())
+    builder.Connect(drives.get_delivered_output_port(), drive.get_delivered_input_port())
+    return monitors

@@ -1,0 +1,38 @@
+"""What a team can no longer do after what monitors have seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drake_ltl.monitoring.violation import Violation
+
+DRIVE, MOTION, GRIP, OBJECT, LOAD = "drive", "motion", "grip", "object", "load"
+"""Names of the monitors of faults."""
+
+
+@dataclass(frozen=True)
+class Losses:
+    """Capabilities that are gone for the rest of a run."""
+
+    agents: frozenset[str] = frozenset()
+    """Out of service: they stay where they are."""
+    grippers: frozenset[str] = frozenset()
+    """Agents that can drive, but grasp nothing any more."""
+    objects: frozenset[str] = frozenset()
+    """That nobody can carry any more."""
+
+    def after(self, seen: Violation) -> Losses:
+        """With what the violation takes away. An object that was pushed is somewhere else, and nothing is lost."""
+        if seen.monitor in (DRIVE, MOTION):
+            return Losses(self.agents | {seen.who[0]}, self.grippers, self.objects)
+        if seen.monitor == GRIP:
+            return Losses(self.agents, self.grippers | {seen.who[0]}, self.objects)
+        if seen.monitor == LOAD:
+            return Losses(self.agents, self.grippers, self.objects | {seen.who[0]})
+        return self
+
+    def __str__(self) -> str:
+        parts = [f"{name} is out of service" for name in sorted(self.agents)]
+        parts += [f"{name} cannot grasp any more" for name in sorted(self.grippers - self.agents)]
+        parts += [f"{name} cannot be carried any more" for name in sorted(self.objects)]
+        return "; ".join(parts) or "nothing is lost"
