@@ -2,8 +2,10 @@
 
 Each mission is run twice at once, in a process of its own: driven by its controllers, with everything that a recording
 needs logged at every step, and, once every simulated second, for a quarter of a second from the same state with the
-same welds by the same plant under constant torques, without logs. Both meet the same load of the machine; what is held
-against each other is CPU time per step of the plant. Reading the logs when a run is over is measured by itself.
+same welds by the same plant under constant torques, without logs, objects that rest borne as in the mission. Both meet
+the same load of the machine; what is held against each other is CPU time per step of the plant. Reading the logs when a
+run is over, which works V out, is measured by itself, and so are the monitors that watch a mission unless it is told
+otherwise.
 """
 
 from __future__ import annotations
@@ -58,7 +60,7 @@ def main() -> None:
     args = parser.parse_args()
     if args.measure:
         name, variant = args.measure
-        print(json.dumps(measure_mission(MISSIONS[name](), separate=variant == "separate")))
+        print(json.dumps(measure_mission(MISSIONS[name](), **VARIANTS[variant])))
         return
     results: dict[str, Any] = {"machine": {"cores": os.cpu_count(), "python": platform.python_version()}}
     results["load"] = os.getloadavg()
@@ -66,6 +68,7 @@ def main() -> None:
     for name in args.work:
         results[name] = median_run([in_fresh_process(name, "together") for _ in range(args.runs)])
     if "case_ii" in args.work:
+        results["case_ii, monitored"] = in_fresh_process("case_ii", "monitored")
         results["case_ii, separate controllers"] = in_fresh_process("case_ii", "separate")
     args.json.parent.mkdir(parents=True, exist_ok=True)
     args.json.write_text(json.dumps(results, indent=2) + "\n")
@@ -119,6 +122,13 @@ MISSIONS: dict[str, Callable[[], Scenario]] = {
 }
 
 
+VARIANTS: dict[str, dict[str, bool]] = {
+    "together": {"monitors": False},
+    "monitored": {"monitors": True},
+    "separate": {"monitors": False, "separate_controllers": True},
+}
+
+
 @dataclass
 class Stopwatch:
     """Adds up wall time and CPU time [s]."""
@@ -139,11 +149,13 @@ class ConstantTorques:
     def __init__(self, scenario: Scenario, mission: MissionDiagram):
         builder = DiagramBuilder()
         sampled = mission.transport_plant.plant.has_sampled_output_ports()
-        self._parts = AddTransportPlant(builder, scenario, mission.models, sampled_outputs=sampled)
+        self._parts = AddTransportPlant(builder, scenario, mission.models, sampled_outputs=sampled, visible=False)
         self._plant, self._mission = self._parts.plant, mission
-        torque = builder.AddSystem(ConstantVectorSource(np.zeros(self._plant.num_actuators())))
-        builder.Connect(torque.get_output_port(), self._plant.get_actuation_input_port())
-        self._torque, diagram = torque, builder.Build()
+        self._torque = builder.AddSystem(ConstantVectorSource(np.zeros(self._plant.num_actuators())))
+        builder.Connect(self._torque.get_output_port(), self._plant.get_actuation_input_port())
+        self._support = builder.AddSystem(ConstantVectorSource(np.zeros(self._plant.num_velocities())))
+        builder.Connect(self._support.get_output_port(), self._plant.get_applied_generalized_force_input_port())
+        diagram = builder.Build()
         with without_half_space_warning():
             self._simulator = Simulator(diagram, diagram.CreateDefaultContext())
         self.watch, self.steps = Stopwatch(), 0
@@ -158,20 +170,31 @@ class ConstantTorques:
         plant.SetPositionsAndVelocities(mine, theirs.plant.GetPositionsAndVelocities(source))
         for ours, other in zip(self._parts.weld_ids, theirs.weld_ids, strict=True):
             plant.SetConstraintActiveStatus(mine, ours, theirs.plant.GetConstraintActiveStatus(source, other))
-        value = self._torque.get_mutable_source_value(self._torque.GetMyMutableContextFromRoot(context))
-        value.SetFromVector(theirs.plant.get_actuation_input_port().Eval(source))
+        for ours, port in (
+            (self._torque, theirs.plant.get_actuation_input_port()),
+            (self._support, theirs.plant.get_applied_generalized_force_input_port()),
+        ):
+            ours.get_mutable_source_value(ours.GetMyMutableContextFromRoot(context)).SetFromVector(port.Eval(source))
+        self._rest(context)
         self._simulator.Initialize()
         with self.watch.running():
             self._simulator.AdvanceTo(PIECE * plant.time_step())
         self.steps += PIECE
 
+    def _rest(self, root) -> None:
+        """Objects that are borne do not touch the floor."""
+        support = self._support.get_output_port().Eval(self._support.GetMyContextFromRoot(root))
+        for name, instance in self._parts.objects.items():
+            borne = self._plant.GetVelocitiesFromArray(instance, support).any()
+            self._parts.SetFloorContact(root, name, touches=not borne)
 
-def measure_mission(scenario: Scenario, separate: bool) -> dict[str, Any]:
-    """Of a whole run, with one round of its suffix."""
+
+def measure_mission(scenario: Scenario, **options: bool) -> dict[str, Any]:
+    """Of a whole run, with one round of its suffix; `options` are those of MakeMissionDiagram."""
     models = measure(scenario)
     mission = plan_and_place(scenario, models)
     steps = num_steps(mission, 1)
-    diagram = MakeMissionDiagram(mission, scenario, models, num_steps=steps, separate_controllers=separate)
+    diagram = MakeMissionDiagram(mission, scenario, models, num_steps=steps, **options)
     simulator = Simulator(diagram.diagram, diagram.CreateStartContext())
     plant, between, reading = ConstantTorques(scenario, diagram), Stopwatch(), Stopwatch()
 

@@ -45,6 +45,15 @@ class TransportPlant:
         for weld_id in self.weld_ids:
             self.plant.SetConstraintActiveStatus(plant_context, weld_id, False)
 
+    def SetFloorContact(self, root_context: Context, name: str, touches: bool) -> None:
+        """Whether the floor bears an object; call it between advances."""
+        bodies = map(self.plant.get_body, self.plant.GetBodyIndices(self.objects[name]))
+        geometries = GeometrySet([g for body in bodies for g in self.plant.GetCollisionGeometriesForBody(body)])
+        floor, declaration = GeometrySet([self.floor]), CollisionFilterDeclaration()
+        (declaration.AllowBetween if touches else declaration.ExcludeBetween)(floor, geometries)
+        context = self.scene_graph.GetMyMutableContextFromRoot(root_context)
+        self.scene_graph.collision_filter_manager(context).Apply(declaration)
+
 
 def AddTransportPlant(
     builder: DiagramBuilder,

@@ -10,7 +10,6 @@ that touches the floor ends the process in 1.51.)
 from __future__ import annotations
 
 import numpy as np
-from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
 from pydrake.systems.framework import Context
 
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
@@ -29,11 +28,12 @@ class Resting:
     def __init__(self, mission: MissionDiagram):
         self._mission = mission
         parts = mission.transport_plant
-        self._plant, self._bodies, self._rows = parts.plant, {}, {}
+        self._plant = parts.plant
         numbers = np.arange(self._plant.num_velocities(), dtype=float)
-        for name, instance in parts.objects.items():
-            self._bodies[name] = self._plant.GetBodyByName(mission.models.objects[name].body_name, instance)
-            self._rows[name] = self._plant.GetVelocitiesFromArray(instance, numbers).astype(int)
+        self._rows = {
+            name: self._plant.GetVelocitiesFromArray(instance, numbers).astype(int)
+            for name, instance in parts.objects.items()
+        }
         self._since: dict[str, tuple[float, np.ndarray]] = {}
         """When each object was seen where it is for the first time."""
 
@@ -49,7 +49,7 @@ class Resting:
                 plant.SetVelocities(context, mission.transport_plant.objects[name], np.zeros(len(rows)))
             if rests != bool(support[rows].any()):
                 support[rows] = -plant.CalcGravityGeneralizedForces(context)[rows] if rests else 0.0
-                self._set_floor(name, root_context, touches=not rests)
+                mission.transport_plant.SetFloorContact(root_context, name, touches=not rests)
 
     def _held(self, context: Context) -> set[str]:
         parts = self._mission.transport_plant
@@ -65,11 +65,3 @@ class Resting:
             self._since[name] = now, q
             return False
         return now - since >= RESTING_TIME
-
-    def _set_floor(self, name: str, root_context: Context, *, touches: bool) -> None:
-        parts = self._mission.transport_plant
-        geometries = GeometrySet(self._plant.GetCollisionGeometriesForBody(self._bodies[name]))
-        floor, declaration = GeometrySet([parts.floor]), CollisionFilterDeclaration()
-        (declaration.AllowBetween if touches else declaration.ExcludeBetween)(floor, geometries)
-        scene_context = parts.scene_graph.GetMyMutableContextFromRoot(root_context)
-        parts.scene_graph.collision_filter_manager(scene_context).Apply(declaration)
