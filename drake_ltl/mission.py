@@ -101,7 +101,7 @@ def simulate(
         write_graphviz(diagram.diagram, graphviz)
     pace = LiveControl(meshcat, diagram, scenario, steps, rate=realtime_rate) if live else None
     if pace is not None:
-        server = ServeLivePage(meshcat, live_page_data(mission, scenario), lambda: pace.status, meshcat_host)
+        server = ServeLivePage(meshcat, live_page_data(mission, scenario), pace.answer, meshcat_host)
         announce(f"watch at {server.url}")
     if page is not None:
         StartPage(meshcat, live=live)

@@ -71,7 +71,7 @@ def _replay(recording: Recording, scenario: Scenario, path: Path | None) -> int:
         console().print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
         return SUCCESS
     page = MakePage(meshcat, data)
-    server = PageServer({"/": lambda: page})
+    server = PageServer({"/": lambda _: page})
     complain(f"watch at {server.url} (Ctrl-C ends)")
     _wait()
     return SUCCESS

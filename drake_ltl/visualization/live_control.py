@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from pydrake.geometry import Meshcat
@@ -29,6 +30,10 @@ RATES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)
 """Simulated seconds in one of the wall's clock; 0: as many as the computer can."""
 PERIOD = 0.1
 """Simulated time between looks at the buttons at a rate of 1 [s]; less at lower rates."""
+LAG = 0.5
+"""The scene of a page that listens may be this far behind, at higher rates that many times as much [s]."""
+SILENCE = 1.0
+"""A page that has not asked for so long is not waited for [s]."""
 IDLE = 0.03
 """Between looks while it is paused [s]."""
 
@@ -52,6 +57,7 @@ class LiveControl:
         self._rate, self._paused, self._stop_at = rate, False, -1
         self._clicks = dict.fromkeys(BUTTONS, 0)
         self._pursuit, self._read = Pursuit.of(scenario), 0
+        self._seen, self._heard = 0.0, -SILENCE  # the simulated time that a page's scene showed, and when it said so
         self._shown = (0.0, time.monotonic(), 0.0)  # simulated time, wall time, rate between looks
         self.status: Mapping[str, Any] = {"time": 0.0, "index": -1, "heading": "Preparing", "lines": [], "goals": []}
         self.status |= {"activities": [], "paused": False, "rate": "", "note": ""}
@@ -65,7 +71,7 @@ class LiveControl:
 
     def hold(self, simulator: Simulator) -> None:
         """Waits while the mission is paused, and sets its pace."""
-        self._meshcat.Flush()  # a page slower than the run would fall behind more and more
+        self._wait_for_page(simulator.get_context().get_time())
         progress = self._progress(simulator)
         if 0 <= self._stop_at <= progress.count:
             self._paused, self._stop_at = True, -1
@@ -81,6 +87,19 @@ class LiveControl:
         if waited or changed or simulator.get_target_realtime_rate() != self._rate:
             simulator.set_target_realtime_rate(self._rate)
             simulator.ResetStatistics()  # else it would make up for the time of the pause
+
+    def answer(self, seen: str) -> Mapping[str, Any]:
+        """What a page asks for, when it says which simulated time its scene shows [s]."""
+        with suppress(ValueError):
+            self._seen, self._heard = float(seen), time.monotonic()
+        return self.status
+
+    def _wait_for_page(self, now: float) -> None:
+        """A page that draws more slowly than the run would fall behind more and more."""
+        self._meshcat.Flush()
+        lag = LAG * max(1.0, self._rate or RATES[-2])
+        while now - self._seen > lag and time.monotonic() - self._heard < SILENCE:
+            time.sleep(IDLE)
 
     def finish(self, simulator: Simulator, reason: str) -> None:
         """The last word of the page: all done, or why the run ended early."""

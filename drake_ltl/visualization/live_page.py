@@ -19,12 +19,13 @@ _ADDRESS = "url = location.toString();"
 
 
 def ServeLivePage(
-    meshcat: Meshcat, data: PageData, status: Callable[[], Mapping[str, Any]], host: str = LOCALHOST
+    meshcat: Meshcat, data: PageData, status: Callable[[str], Mapping[str, Any]], host: str = LOCALHOST
 ) -> PageServer:
     """Serves the page at `.url` of what is returned.
 
     Args:
-        status: makes what the page asks for ten times a second; called from another thread.
+        status: makes what the page asks for ten times a second, and is told the simulated time [s] that its scene
+            shows; called from another thread.
         host: the one of `meshcat`, see `MakeMeshcat`.
 
     Raises:
@@ -33,7 +34,7 @@ def ServeLivePage(
     url = meshcat.web_url()
     where = f'"{url}/"' if host == LOCALHOST else f'"http://" + location.hostname + ":{meshcat.port()}/"'
     page = live_page(_page_of(url), where, data)
-    return PageServer({"/": lambda: page, "/status": status}, behind=url, host=host)
+    return PageServer({"/": lambda _: page, "/status": status}, behind=url, host=host)
 
 
 def live_page(page: str, where: str, data: PageData) -> str:

@@ -15,6 +15,8 @@ from drake_ltl.visualization.text_plate import text_gltf
 
 PATH = "/mission"
 """Root of all that is drawn besides the bodies, in Meshcat's tree."""
+CLOCK_PATH = f"{PATH}/clock"
+"""Nothing is there; its x is the time of the scene, by which live pages tell how far they are."""
 PUBLISH_PERIOD = 1 / 16
 """[s]; recordings have as many frames, and the page interpolates between them: more make it larger, not smoother."""
 AGENT_OPACITY, OBJECT_OPACITY, TEAM_OPACITY = 0.20, 0.22, 0.14
@@ -98,6 +100,7 @@ class MissionOverlay(LeafSystem):
         origins = {name: self._state[name].Eval(context)[4:7] for name in self._objects}
         for name, p_WM in {**centres, **origins}.items():
             self._meshcat.SetTransform(member_path(name), RigidTransform(p_WM), time)
+        self._meshcat.SetTransform(CLOCK_PATH, RigidTransform(np.array([time, 0.0, 0.0])))
         num_objects = len(self._objects)
         visible = dict(zip(map(sphere_path, self._agents), shown_agents(modes), strict=True))
         visible |= zip(map(sphere_path, self._objects), shown_objects(modes, num_objects), strict=True)

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import Any
 
-Source = Callable[[], "str | Mapping[str, Any]"]
-"""Makes what is served: HTML, or data for JSON."""
+Source = Callable[[str], "str | Mapping[str, Any]"]
+"""Makes what is served, HTML or data for JSON, of what follows the `?` in the address."""
 
 PATIENCE = 30.0
 """For files of another server [s]."""
@@ -52,12 +52,13 @@ class _Handler(http.server.BaseHTTPRequestHandler):
     behind: str
 
     def do_GET(self) -> None:
-        source = self.sources.get(self.path.partition("?")[0])
+        path, _, query = self.path.partition("?")
+        source = self.sources.get(path)
         if self.path == "/favicon.ico":
             return self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
         if source is None:
             return self._send(*self._fetched())
-        content = source()
+        content = source(query)
         if isinstance(content, str):
             return self._send(HTTPStatus.OK, "text/html; charset=utf-8", content.encode())
         return self._send(HTTPStatus.OK, "application/json", json.dumps(content).encode())

@@ -81,7 +81,9 @@
                   rate: "", note: "" };
     async function ask() {
       try {
-        known = await (await fetch("status", { cache: "no-store" })).json();
+        const clock = node(data.root, "clock");
+        const seen = clock ? clock.object.position.x : "";  // the run waits for pages that are slow
+        known = await (await fetch("status?" + seen, { cache: "no-store" })).json();
         setTimeout(ask, 100);
       } catch (error) {
         known = { ...known, rate: "", paused: true, note: "The program that ran this has ended." };
@@ -92,6 +94,12 @@
     const press = (name) => () => viewer.connection.send(MeshCat.msgpack.encode({ type: "button", name: name }));
     return { now: () => known, pause: press("Pause / go on"), step: press("Single step"),
              slower: press("Slower"), faster: press("Faster"), duration: () => 0 };
+  }
+
+  function node(...names) {  // of the scene's tree, looked up without creating it
+    let found = viewer.scene_tree;
+    for (const name of names) found = found && found.children[name];
+    return found;
   }
 
   const run = data.live ? live() : recorded();
@@ -200,13 +208,7 @@
     byId("goals").querySelector(".count").textContent = now.goals.length ? `(${owed} still to reach)` : "";
   }
 
-  // The scene: cameras, and names that face the reader. Nodes are looked up without creating them.
-
-  function node(...names) {
-    let found = viewer.scene_tree;
-    for (const name of names) found = found && found.children[name];
-    return found;
-  }
+  // The scene: cameras, and names that face the reader.
 
   const children = (found) => found ? Object.values(found.children) : [];
   const named = (found) => found.flatMap((owner) => owner.children.name ? [owner.children.name.object] : []);
