@@ -20,6 +20,7 @@ from typing import Any
 
 from drake_ltl.cli.statuses import BAD_INPUT, FAILURE, INTERRUPTED
 from drake_ltl.processes import adopt, bury, fork
+from drake_ltl.whole_files import write_text_whole
 
 GRACE = 0.5
 """How much longer than its own time limit the command is given to obey it by itself [s]."""
@@ -147,8 +148,7 @@ class _Guard:
         if path is None:
             return FAILURE
         try:
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(text)
+            write_text_whole(path, text)
         except OSError as error:
             return _complain(f"{path}: {error.strerror}", BAD_INPUT)
         return FAILURE

@@ -17,6 +17,7 @@ from typing import Any, TextIO
 from rich.console import Console
 
 from drake_ltl.errors import InvalidInputError, Mistake, naming_file
+from drake_ltl.whole_files import write_text_whole
 
 PIPE_WIDTH = 120
 """Columns of a table that is not shown on a terminal."""
@@ -212,7 +213,7 @@ def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Writes the data unless there is no path. Raises OSError, with the file's name, if it cannot."""
     if path is not None:
         with naming_file(path):
-            path.write_text(json_text(data), encoding="utf-8")
+            write_text_whole(path, json_text(data))
 
 
 def json_text(data: dict[str, Any]) -> str:

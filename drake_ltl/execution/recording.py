@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from drake_ltl.execution.damage import array_damage, header_damage
 from drake_ltl.execution.recording_versions import VERSION, brought_up
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.scenario.table import shown
+from drake_ltl.whole_files import written_whole
 
 FORMAT = "drake_ltl recording"
 LARGEST_RATIO = 100
@@ -130,7 +130,6 @@ class Recording:
 
     def save(self, path: Path | str) -> None:
         """Writes the file whole or not at all (OSError if it cannot)."""
-        path = Path(path)
         header = {field: getattr(self, field) for field in _HEADER_FIELDS}
         header |= {"format": FORMAT, "version": VERSION}
         header |= {name: [dataclasses.asdict(record) for record in getattr(self, name)] for name in _RECORD_FIELDS}
@@ -138,15 +137,8 @@ class Recording:
         for field in _GROUP_FIELDS:
             arrays |= {f"{field}/{name}": array for name, array in getattr(self, field).items()}
         text = json.dumps(header, sort_keys=True, default=dict)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez_compressed(file, header=np.frombuffer(text.encode(), dtype=np.uint8), **arrays)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with written_whole(path) as file:
+            np.savez_compressed(file, header=np.frombuffer(text.encode(), dtype=np.uint8), **arrays)
 
     @staticmethod
     def load(path: Path | str) -> Recording:

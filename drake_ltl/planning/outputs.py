@@ -14,6 +14,7 @@ from drake_ltl.planning.plan_json import plan_to_json
 from drake_ltl.planning.projections import project_all, projections_to_json
 from drake_ltl.planning.table import plan_table
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.whole_files import write_text_whole
 
 TABLE_WIDTH = 120
 """Columns of the action table."""
@@ -40,7 +41,7 @@ def write_outputs(plan: Plan, scenario: Scenario, directory: Path) -> tuple[Path
     }
     directory.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
-        (directory / name).write_text(text, encoding="utf-8")
+        write_text_whole(directory / name, text)
     return tuple(directory / name for name in texts)
 
 

@@ -130,7 +130,8 @@ def _existing(uri: str | None, folder: ModelFolder, kind: str, entry: Table) -> 
         except model_access.NotAllowedError as error:
             raise UnfitValueError(error.what, error.remedy) from error
         except (ValueError, OSError, RuntimeError) as error:  # a home folder that nobody has, a name too long
-            raise UnfitValueError(f"{shown(uri)} cannot be found ({error})", remedy) from error
+            reason = getattr(error, "strerror", None) or shown(str(error))
+            raise UnfitValueError(f"{shown(uri)} cannot be found ({reason})", remedy) from error
         if not exists:
             raise UnfitValueError(f"{shown(uri)} is no file{_looked_for(uri, path)}", remedy)
         return path

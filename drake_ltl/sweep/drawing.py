@@ -20,6 +20,7 @@ from drake_ltl.scenario.model_access import ANYWHERE, allow_models
 from drake_ltl.scenario.yaml_text import parse
 from drake_ltl.sweep.starts import Position, draw_starts
 from drake_ltl.sweep.sweep import Sweep
+from drake_ltl.whole_files import write_text_whole
 
 GAINS = ("force", "base_damping", "arm_damping", "team_damping", "team_rotation_damping")
 """Of the scenario's block `controller`."""
@@ -68,7 +69,7 @@ def write_drawn(scenario: Scenario, drawn: Drawn, path: Path, heading: str) -> N
     masses = ", ".join(f"{name} {factor:g}" for name, factor in drawn.masses.items())
     lines = [heading, *([f"masses in the run, as shares of the models': {masses}"] if masses else [])]
     comment = "".join(f"# {' '.join(line.split())}\n" for line in lines)
-    path.write_text(comment + drawn_text(scenario, drawn), encoding="utf-8")
+    write_text_whole(path, comment + drawn_text(scenario, drawn))
 
 
 def drawn_from_json(data: Mapping[str, Any]) -> Drawn:
