@@ -45,6 +45,10 @@ class CrewModel:
         self._plant.SetPositions(self._context, q)
         self._plant.SetVelocities(self._context, qd)
 
+    def set_configurations(self, q: np.ndarray) -> None:
+        """To configurations (n,), velocities as they were: nothing that is asked for next may depend on them."""
+        self._plant.SetPositions(self._context, q)
+
     def centre(self, agent: str) -> np.ndarray:
         """c_i (3,) [m] in W, the centre of the bounding sphere."""
         return self._centre[agent].CalcPoseInWorld(self._context).translation()

@@ -59,7 +59,8 @@ class Orders:
     """All that is constant of the control laws while the supervisor's Progress stays. Arrays are stacked (n,)."""
 
     field: StepField | None
-    travels: tuple[str, ...]
+    travels: dict[str, slice]
+    """Travellers, with their rows."""
     carried: tuple[str, ...]
     """Objects."""
     carriers: dict[str, Carrier]
@@ -149,14 +150,12 @@ class MissionController(LeafSystem):
     def _torques(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> np.ndarray:
         """(n,)"""
         crew = self._crew
-        crew.set_state(q, qd * orders.tracking)
         torque = self._tracking_torque(time, orders, q, qd)
         if orders.field is None:
             return torque
         world = self._world(orders, q, x)
         field = evaluate_field(orders.field, self._settings.force, self._models.agents, world)
-        for name in orders.travels:
-            rows = crew.rows[name]
+        for name, rows in orders.travels.items():
             torque[rows] = self._transition(name, torque[rows], field.agents[name], qd[rows])
         V_WO = {name: x[self._places.velocity[name]] for name in field.objects}
         wrenches = {name: self._wrench(name, gradient, V_WO[name]) for name, gradient in field.objects.items()}
@@ -198,9 +197,11 @@ class MissionController(LeafSystem):
         return team_wrench(self._object_gravity[name], gradient, damping, V_WO)
 
     def _tracking_torque(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-        """Computed torques of those who hold or reach, g_q of all others, with velocities set for the former alone."""
+        """Computed torques of those who hold or reach, g_q of all others. Leaves the crew at q."""
         if not (orders.holds or orders.reaches):
+            self._crew.set_configurations(q)
             return self._crew.gravity()
+        self._crew.set_state(q, qd * orders.tracking)
         qdd = orders.holding * tracking_acceleration(q, qd, orders.hold, 0.0, 0.0, TRACKING_FREQUENCY)
         for name, reach in orders.reaches.items():
             rows, reference = self._crew.rows[name], quintic(time - reach[0], reach[1], *reach_ends(reach))
@@ -218,7 +219,7 @@ class MissionController(LeafSystem):
         step = pack_step(self._program.index(progress.count), progress.phase, progress.interval, progress.leg)
         reaches = {name: signals[name].reach for name in self._latest.reaching(step)}
         field = self._latest.of(step, progress.anchor, reaches)
-        travels = tuple(task.agent for task in field.travels) if field is not None else ()
+        travels = {task.agent: self._crew.rows[task.agent] for task in field.travels} if field is not None else {}
         carriers = self._carriers(field, self._latest.snapshot(progress.anchor).q)
         in_mode = {mode: [n for n, told in signals.items() if told.mode == mode] for mode in (Mode.HOLD, Mode.REACH)}
         return Orders(
