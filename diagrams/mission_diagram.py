@@ -144,6 +144,7 @@ def MakeMissionDiagram(
             builder,
             transport_plant=transport_plant,
             supervisor=supervisor,
+            torque=torque,
             controls=controls,
             program=program,
             scenario=scenario,

@@ -29,7 +29,7 @@ from drake_ltl.systems.program import MissionProgram, start_configuration
 from drake_ltl.systems.state_places import StatePlaces
 
 LONGEST_PERIODS = {
-    "spheres": 0.1,
+    "spheres": 0.2,
     "arrival": 0.2,
     "word": 0.2,
     "lyapunov": 0.2,
@@ -37,7 +37,7 @@ LONGEST_PERIODS = {
     "weld": 0.1,
     "geometry": 0.4,
 }
-"""Time between two looks of each monitor is at most this [s], see `periods`. At 2 m/s a body moves by 16 cm between two
+"""Time between two looks of each monitor is at most this [s], see `periods`. At 1 m/s a body moves by 16 cm between two
 looks at spheres: two of 0.5 m then come at most 4 mm nearer to each other than at both looks."""
 
 
@@ -58,6 +58,7 @@ def AddMonitors(
     *,
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
+    torque: OutputPort,
     controls: OutputPort,
     program: MissionProgram,
     scenario: Scenario,
@@ -66,7 +67,8 @@ def AddMonitors(
     """Adds all monitors, by name.
 
     Args:
-        controls: torques of all agents' joints, stacked, then V.
+        torque: of all agents' joints, stacked; V may stand behind.
+        controls: the same, with V behind.
     """
     plant = transport_plant.plant
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
@@ -76,12 +78,13 @@ def AddMonitors(
     made = [
         *_sphere_monitors(program, scenario, models, period),
         LyapunovMonitor("lyapunov", period["lyapunov"], program, sum(places.sizes)),
-        TorqueMonitor("torque", period["torque"], program, *_motors(models)),
+        TorqueMonitor("torque", period["torque"], program, *_motors(models), size=torque.size()),
         WeldMonitor("weld", period["weld"], program, places, models, scenario.tolerances),
         GeometryMonitor("geometry", period["geometry"], program, places, models, scenario.agents),
     ]
     signals = {
         "centres": centres.get_centres_output_port(),
+        "torque": torque,
         "controls": controls,
         "state": plant.get_state_output_port(),
     }

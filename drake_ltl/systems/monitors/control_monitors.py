@@ -49,7 +49,7 @@ class TorqueMonitor(MissionMonitor):
 
         name: TorqueMonitor
         input_ports:
-        - controls
+        - torque
         - progress
     """
 
@@ -60,17 +60,20 @@ class TorqueMonitor(MissionMonitor):
         program: MissionProgram,
         joints: Sequence[tuple[str, str]],
         limits: np.ndarray,
+        *,
+        size: int,
     ):
         """
         Args:
-            joints: (agent, joint) of each torque in `controls` (n).
+            joints: (agent, joint) of each of the first torques in `torque` (n).
             limits: what their motors give (n,) [N, N m]; inf without one.
+            size: of `torque`; what stands behind the torques is not looked at.
         """
-        super().__init__(name, period, program, "controls", len(joints) + 1)
+        super().__init__(name, period, program, "torque", size)
         self._joints, self._limits = tuple(joints), np.asarray(limits, dtype=float)
 
     def _findings(self, look: Look, memory: Memory) -> Iterator[Finding]:
-        asked = np.abs(look.signal[:-1])
+        asked = np.abs(look.signal[: len(self._joints)])
         beyond = asked > self._limits
         if not beyond.any():
             memory.notes = None

@@ -190,7 +190,7 @@ def test_torque(program, models, begin):
     """Short bursts are nothing; the third look in a row is."""
     joints = [(name, joint) for name, model in models.agents.items() for joint in model.joint_names]
     limits = np.concatenate([model.effort_limits for model in models.agents.values()])
-    torque = Alone(TorqueMonitor("torque", 0.1, program, joints, limits), begin(0)[1])
+    torque = Alone(TorqueMonitor("torque", 0.1, program, joints, limits, size=len(limits) + 1), begin(0)[1])
     limit = models.agents["a2"].effort_limits[3]
     row = models.agents["a1"].n + 3
     for asked in (2.0, 2.0, 0.5, -2.0, -2.0):
