@@ -27,6 +27,7 @@ from drake_ltl.visualization.meshcat_scene import LOCALHOST, MakeMeshcat
 from drake_ltl.visualization.page_data import live_page_data, recorded_page_data
 from drake_ltl.visualization.recorded_page import StartPage, WritePage
 from drake_ltl.visualization.replay import PublishReplay
+from drake_ltl.whole_files import write_text_whole
 
 
 def measure(scenario: Scenario) -> MeasuredModels:
@@ -153,7 +154,7 @@ def write_graphviz(diagram: Diagram, path: Path) -> None:
     dot = diagram.GetGraphvizString(max_depth=1)
     if path.suffix != ".svg":
         with naming_file(path):
-            path.write_text(dot, encoding="utf-8")
+            write_text_whole(path, dot)
         return
     (graph,) = pydot.graph_from_dot_data(dot)
     try:

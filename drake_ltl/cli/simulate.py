@@ -100,11 +100,13 @@ def run(args: argparse.Namespace) -> int:
         )
     for seen in result.recording.monitored:
         complain(f"the {seen.monitor} monitor saw: {seen}")
-    _save(result.recording, args.recording)
+    unsaved = _unsaved(result.recording, args.recording)
     verdict = verify(result.recording, scenario)
     out.print(verdict_table(verdict, scenario))
     data = to_json(verdict, wall_seconds=result.wall_seconds)
     write_json(args.json, data)
+    if unsaved is not None:
+        raise unsaved
     if args.report is not None:
         from drake_ltl.visualization.report import write_report
 
@@ -146,6 +148,15 @@ def _rounds(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 10 and 1 <= int(text) <= 100_000):
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of rounds from 1 to 100000")
     return int(text)
+
+
+def _unsaved(recording: Recording, path: Path | None) -> OSError | None:
+    """What kept the recording from being saved: that is said after the verdict, which would else be lost as well."""
+    try:
+        _save(recording, path)
+    except OSError as error:
+        return error
+    return None
 
 
 def _save(recording: Recording, path: Path | None) -> None:

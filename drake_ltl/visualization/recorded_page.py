@@ -10,6 +10,7 @@ from drake_ltl.errors import naming_file
 from drake_ltl.visualization.mission_overlay import PUBLISH_PERIOD
 from drake_ltl.visualization.page_data import PageData
 from drake_ltl.visualization.page_overlay import with_overlay
+from drake_ltl.whole_files import write_text_whole
 
 
 def StartPage(meshcat: Meshcat, *, live: bool = False) -> None:
@@ -36,5 +37,5 @@ def WritePage(meshcat: Meshcat, path: Path | str, data: PageData) -> Path:
     """
     path = Path(path)
     with naming_file(path):
-        path.write_text(MakePage(meshcat, data), encoding="utf-8")
+        write_text_whole(path, MakePage(meshcat, data))
     return path

@@ -13,6 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from drake_ltl.errors import naming_file
 from drake_ltl.visualization.palette import INK, MUTED
+from drake_ltl.whole_files import written_whole
 
 RC = {
     "font.family": "DejaVu Sans",  # comes with Matplotlib: the same everywhere
@@ -92,6 +93,6 @@ def write_figure(
     contents = Drawing(stem.name, "", size, draw).render(formats)
     paths = [stem.with_name(f"{stem.name}.{suffix}") for suffix in formats]
     for content, path in zip(contents.values(), paths, strict=True):
-        with naming_file(path):
-            path.write_bytes(content)
+        with naming_file(path), written_whole(path) as file:
+            file.write(content)
     return paths

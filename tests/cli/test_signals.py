@@ -188,6 +188,31 @@ def test_an_interrupted_simulation_is_saved(shuttle_file, tmp_path, number, grou
     assert any("interrupted" in violation for violation in verdict["violations"])
 
 
+def test_a_disk_that_is_full_when_a_run_is_over(shuttle_file, tmp_path):
+    """It takes the verdict, which is small, and not the recording; that of an earlier run stays."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "run.npz").write_text("precious", encoding="utf-8")
+    change = """
+import resource, signal
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
+from drake_ltl.cli import simulate
+
+def interrupt(progress):
+    if progress.time >= 1.0:
+        raise KeyboardInterrupt
+
+simulate._reporter = lambda bar: interrupt
+"""
+    options = ("--json", out / "verdict.json", "--recording", out / "run.npz")
+    status, err = Running(change, "simulate", shuttle_file, *options).end()
+    assert (status, err) == (2, f"{out / 'run.npz'}: File too large\n")
+    assert sorted(path.name for path in out.iterdir()) == ["run.npz", "verdict.json"]
+    assert (out / "run.npz").read_text(encoding="utf-8") == "precious"
+    assert json.loads((out / "verdict.json").read_text(encoding="utf-8"))["satisfied"] is False
+
+
 def test_the_second_interrupt_ends_the_saving(shuttle_file):
     command = Running(JUDGING, "simulate", shuttle_file)
     for _ in range(2):
