@@ -31,6 +31,13 @@ def on_startup(command: str, dirty: bool) -> None:
         file.write_text(readable(file.read_text(encoding="utf-8")), encoding="utf-8")
 
 
+def on_config(config: MkDocsConfig) -> None:
+    """Pages that the navigation does not name are at the end of the guide, before examples and questions."""
+    named = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    (guide,) = (entry["Guide"] for entry in config.nav if "Guide" in entry)
+    guide[-2:-2] = [page.name for page in sorted((ROOT / "docs").glob("*.md")) if f": {page.name}\n" not in named]
+
+
 def readable(source: str) -> str:
     """Ports under a heading of their own; classes that a function makes for each scalar type as plain classes."""
     source = source.replace(".. pydrake_system::\n", "Ports:\n")
