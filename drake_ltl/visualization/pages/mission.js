@@ -214,20 +214,22 @@
   const named = (found) => found.flatMap((owner) => owner.children.name ? [owner.children.name.object] : []);
   const place = (object) => object.getWorldPosition(viewer.camera.position.clone());
 
-  function free() {  // [from, to] in pixels: the part of the window between the panels
-    if (!isWide()) return [0, window.innerWidth];
-    const plan = byId("plan");
-    return [byId("mission").offsetWidth + 20, window.innerWidth - (plan.open && !plan.hidden ? plan.offsetWidth + 20 : 0)];
+  function free() {  // the part of the window between the panels, in pixels
+    const panel = byId("mission").getBoundingClientRect(), plan = byId("plan").getBoundingClientRect();
+    const width = window.innerWidth, bottom = byId("controls").getBoundingClientRect().top;
+    if (!isWide()) return { left: 0, right: width, top: panel.bottom + 8, bottom: (plan.top || bottom) - 8 };
+    return { left: panel.right + 8, right: byId("plan").open && plan.width ? plan.left - 8 : width, top: 0, bottom };
   }
 
   function spread() {  // the whole workspace fits there
-    const [from, to] = free();
-    return Math.max(1, 1.05 * window.innerHeight / (to - from));
+    const { left, right, top, bottom } = free(), height = window.innerHeight;
+    return Math.min(Math.max(1, 1.05 * height / (right - left), 0.9 * height / (bottom - top)), 6);
   }
 
   function centre() {  // the camera's target is seen in the middle of it
-    const [from, to] = free(), width = window.innerWidth, height = window.innerHeight;
-    viewer.camera.setViewOffset(width, height, (width - from - to) / 2, 0, width, height);
+    const { left, right, top, bottom } = free(), width = window.innerWidth, height = window.innerHeight;
+    const aside = (width - left - right) / 2, up = isWide() ? 0 : (height - top - bottom) / 2;
+    viewer.camera.setViewOffset(width, height, aside, up, width, height);
   }
 
   const CAMERAS = {
