@@ -13,11 +13,21 @@ PROPOSITIONS = ("a1.pi1", "a1.pi2", "o1.pi1")
 formulas = st.recursive(
     st.sampled_from([("1",), *((name,) for name in PROPOSITIONS)]),
     lambda part: st.one_of(
-        st.tuples(st.sampled_from("!XFG"), part), st.tuples(st.sampled_from(["&", "|", "U", "R", "->"]), part, part)
+        st.tuples(st.sampled_from("!XFG"), part),
+        st.tuples(st.sampled_from(["&", "|", "U", "R", "W", "M", "->", "<->", "xor"]), part, part),
     ),
-    max_leaves=6,
+    max_leaves=8,
 )
 letters = st.frozensets(st.sampled_from(PROPOSITIONS))
+
+
+JOINS = {
+    "&": lambda a, b: a and b,
+    "|": lambda a, b: a or b,
+    "->": lambda a, b: not a or b,
+    "<->": lambda a, b: a == b,
+    "xor": lambda a, b: a != b,
+}
 
 
 def written(formula: tuple) -> str:
@@ -40,9 +50,12 @@ def truth(formula: tuple, word: list, loop: int) -> list[bool]:
         return [not value for value in values[0]]
     if head == "X":
         return [values[0][after[k]] for k in range(n)]
-    if head in "&|" or head == "->":
-        join = {"&": lambda a, b: a and b, "|": lambda a, b: a or b, "->": lambda a, b: not a or b}[head]
-        return [join(a, b) for a, b in zip(*values, strict=True)]
+    if head in JOINS:
+        return [JOINS[head](a, b) for a, b in zip(*values, strict=True)]
+    if head == "W":  # p U q or G p
+        return truth(("|", ("U", *parts), ("G", parts[0])), word, loop)
+    if head == "M":  # p R q and F p
+        return truth(("&", ("R", *parts), ("F", parts[0])), word, loop)
     left, right = {
         "F": ([True] * n, values[-1]),
         "U": (values[0], values[-1]),
@@ -64,6 +77,15 @@ def test_agrees_with_the_semantics(formula, prefix, cycle):
     expected = truth(formula, prefix + cycle, len(prefix))[0]
     # Spot reads a1.pi1 as one proposition
     assert holds(written(formula), prefix, cycle) == expected
+
+
+@settings(max_examples=100)
+@given(formulas, st.lists(letters, max_size=3), st.lists(letters, min_size=1, max_size=3), st.data())
+def test_one_word_written_in_many_ways(formula, prefix, cycle, data):
+    """A cycle that is unrolled, or begun elsewhere, is the same word."""
+    turns, more = data.draw(st.integers(1, 3)), data.draw(st.integers(0, len(cycle)))
+    other = (prefix + cycle[:more], (cycle[more:] + cycle[:more]) * turns)
+    assert holds(written(formula), prefix, cycle) == holds(written(formula), *other)
 
 
 def test_nothing_repeats():
