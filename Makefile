@@ -5,13 +5,14 @@ PYTHON ?= $(shell for p in python3.11 python3.12 python3.10 python3.13 python3; 
 BIN := .venv/bin
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: help install demo test fast bench lint docs package clean
+.PHONY: help install demo test fast bench soak lint docs package clean
 
 help:
 	@echo "make demo   plan, simulate and verify examples/case_ii.yaml; results under out/"
 	@echo "make test   all tests"
 	@echo "make fast   tests without whole missions"
 	@echo "make bench  measure planning, simulation, load sharing and navigation functions; results in out/benchmark_*.json"
+	@echo "make soak   hours of malformed inputs, long runs, many runs; results in docs/soak.md"
 	@echo "make lint   ruff"
 	@echo "make docs   the documentation's site in out/site, notebooks run anew"
 	@echo "make package  wheel and sdist in out/dist, installed and tried outside the checkout"
@@ -44,6 +45,9 @@ bench: install
 	$(BIN)/python benchmarks/simulation.py
 	$(BIN)/python benchmarks/load_sharing.py
 	$(BIN)/python benchmarks/navigation.py
+
+soak: install
+	$(BIN)/python benchmarks/soak.py
 
 lint: install
 	$(BIN)/ruff check .

@@ -39,11 +39,11 @@ from drake_ltl.scenario import load, loads
 ROOT = Path(__file__).resolve().parents[1]
 KINDS = ("scenario", "recording", "scenario", "plan")
 SUFFIXES = {"scenario": "yaml", "recording": "npz", "plan": "json"}
-BATCH = 40
+BATCH = 100
 """Inputs that share a child. The first of each is given to the installed command as well."""
 HANGS = 60.0
 """Only a command that hangs takes so long [s]."""
-PLANNED = 0.1
+PLANNED = 0.03
 """Share of what is spoilt and sound that is planned: that takes as long as many that are malformed."""
 SOUND_TIME = "0.5"
 """For planning what is spoilt and sound [s]."""

@@ -12,7 +12,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.scenario.table import LARGEST
+from drake_ltl.scenario.table import LARGEST, shown
 from drake_ltl.verification.interval_soundness import interval_mistakes
 
 CARRIES = 3
@@ -57,6 +57,8 @@ def _radii(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
     }
     for field, radii in stated.items():
         recorded: Mapping[str, float] = getattr(recording, field)
+        for name in sorted(set(recorded) - set(radii)):
+            yield Mistake(f"recording.{field}", f"names {shown(name)}", f"its scenario has {', '.join(radii) or 'none'}")
         for name, known in radii.items():
             radius = recorded.get(name)
             if not isinstance(radius, (int, float)) or not 0.0 < radius <= LARGEST:

@@ -27,6 +27,7 @@ def complaints(recording) -> str:
         ({"agent_radius": {"a1": 0.7, "a2": 0.7}}, "recording.agent_radius.a3"),
         ({"team_radius": {"o1": 1.0, "o2": 2.4}}, "recording.team_radius.o1"),
         ({"object_radius": {"o1": "0.4", "o2": 0.4}}, "is not a radius"),
+        ({"object_radius": {"o1": 0.4, "o2": 0.4, "é": 1.0}}, "recording.object_radius: names 'é'"),
         ({"suffix_length": 0}, "a run repeats at least one state"),
         ({"step": np.zeros(451, dtype=int)}, "does not count the 9 recorded steps"),
         ({"grasp": np.full((451, 3), 2)}, "recording.grasp"),
