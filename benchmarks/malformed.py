@@ -17,6 +17,7 @@ import argparse
 import contextlib
 import io
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -64,7 +65,7 @@ simulation: {time_step: 0.02}
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", type=int, default=10_000, help="malformed ones to be reached")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0, help="several may run at once")
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "soak")
     args = parser.parse_args()
     folder = args.output / "malformed"
@@ -72,8 +73,9 @@ def main() -> None:
     sources = Sources(folder)
     tally: dict[str, Counter[str]] = {kind: Counter() for kind in SUFFIXES}
     slowest, slow, wrong = dict.fromkeys((*SUFFIXES, "installed command"), 0.0), [], []
-    began, number, commands = time.perf_counter(), 0, 0
-    while sum(counts["malformed"] for counts in tally.values()) < args.inputs:
+    began, number, commands, ends = time.perf_counter(), 0, 0, []
+    signal.signal(signal.SIGINT, lambda *_: ends.append(True))  # what there is then is written
+    while not ends and sum(counts["malformed"] for counts in tally.values()) < args.inputs:
         for kind, path, outcome in judged(args.seed, range(number, number + BATCH), sources):
             if outcome["status"] == 2:
                 slowest[kind] = max(slowest[kind], outcome["seconds"])
@@ -103,7 +105,7 @@ def main() -> None:
         "wrong": wrong,
     }
     result["slowest_cpu_seconds"] = slowest
-    (args.output / "malformed.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    (args.output / f"malformed_{args.seed}.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     print(json.dumps({key: value for key, value in result.items() if key not in ("slow", "wrong")}))
     sys.exit(1 if wrong else 0)
 
@@ -119,10 +121,12 @@ class Sources:
         mission = plan_and_place(self.small, models)
         self.plan = json.dumps(plan_to_json(mission.plan, self.small))
         run = simulate(mission, self.small, models, report=stop_after(2.0))
-        run.recording.save(folder / "sound.npz")
-        with np.load(folder / "sound.npz") as archive:
+        sound = folder / f"sound_{os.getpid()}.npz"
+        run.recording.save(sound)
+        with np.load(sound) as archive:
             self.arrays = {name: archive[name] for name in archive.files if name != "header"}
             self.header = json.loads(archive["header"].tobytes())
+        sound.unlink()
 
     def spoil(self, seed: int, number: int) -> tuple[str, Path]:
         """Writes an input that may be malformed: half of them are scenarios."""

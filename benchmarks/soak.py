@@ -13,7 +13,9 @@ import argparse
 import json
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +41,10 @@ def main() -> None:
 
 
 def malformed(output: Path) -> int:
-    return _python("malformed.py", "--inputs", "10000", "--output", output)
+    """Halves side by side."""
+    arguments = ("--inputs", "5000", "--output", output)
+    with ThreadPoolExecutor() as threads:
+        return max(threads.map(lambda seed: _python("malformed.py", "--seed", seed, *arguments), (1, 2)))
 
 
 def rounds(output: Path) -> int:
@@ -90,15 +95,17 @@ def _read(path: Path) -> Any:
 
 
 def _malformed_section(output: Path) -> Iterator[str]:
-    found = _read(output / "malformed.json")
-    if found is None:
+    files = sorted(output.glob("malformed_*.json"))
+    if not files:
         return
+    found = _added([_read(file) for file in files])
     yield "## Malformed inputs"
     yield ""
     yield "Examples, a plan and a recording, spoilt at random: entries, bytes, pieces of YAML, formulas, models,"
     yield "arrays. A malformed one must end in exit status 2, with a printable line for each mistake and no traceback."
     yield ""
-    yield f"    python benchmarks/malformed.py --inputs 10000 --seed {found['seed']}"
+    for seed, number in found["seeds"].items():
+        yield f"    python benchmarks/malformed.py --seed {seed} --inputs {number}"
     yield ""
     yield "| kind | malformed, all refused so | spoilt, but sound | wrong | slowest refusal, CPU time |"
     yield "|---|---|---|---|---|"
@@ -110,6 +117,22 @@ def _malformed_section(output: Path) -> Iterator[str]:
     yield f"{len(found['slow'])} refusals took more than one second of CPU time. {found['commands']} inputs went to the"
     slowest = found["slowest_cpu_seconds"]["installed command"]
     yield f"installed command as well, which refused within {slowest:.1f} s, with the time that it takes to load."
+
+
+def _added(parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """Several campaigns as one."""
+    tally: dict[str, Counter[str]] = {kind: Counter() for kind in parts[0]["tally"]}
+    for part in parts:
+        for kind, counts in part["tally"].items():
+            tally[kind].update(counts)
+    slowest = [part["slowest_cpu_seconds"] for part in parts]
+    return {
+        "seeds": {part["seed"]: sum(counts.get("malformed", 0) for counts in part["tally"].values()) for part in parts},
+        "tally": tally,
+        "slow": [slow for part in parts for slow in part["slow"]],
+        "commands": sum(part["commands"] for part in parts),
+        "slowest_cpu_seconds": {kind: max(one[kind] for one in slowest) for kind in slowest[0]},
+    }
 
 
 def _rounds_section(output: Path) -> Iterator[str]:
@@ -125,7 +148,8 @@ def _rounds_section(output: Path) -> Iterator[str]:
     yield ""
     yield f"{found['scenario']}, {found['rounds']} rounds of its suffix, {found['simulated_seconds']:.0f} simulated"
     yield f"seconds: {verdict}; {drifts}. Rise of V {found['max_lyapunov_increase']:.1e}, gap of a weld"
-    yield f"{found['max_weld_error_mm']:.3f} mm, largest memory {found['largest_memory_mb']:.0f} MB, which holds the logs."
+    memory = found["largest_memory_mb"]
+    yield f"{found['max_weld_error_mm']:.3f} mm, largest memory {memory:.0f} MB, which holds the logs."
     yield ""
     yield f"| | first {some} rounds | last {some} rounds |"
     yield "|---|---|---|"

@@ -58,7 +58,8 @@ def _radii(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
     for field, radii in stated.items():
         recorded: Mapping[str, float] = getattr(recording, field)
         for name in sorted(set(recorded) - set(radii)):
-            yield Mistake(f"recording.{field}", f"names {shown(name)}", f"its scenario has {', '.join(radii) or 'none'}")
+            remedy = f"its scenario has {', '.join(radii) or 'none'}"
+            yield Mistake(f"recording.{field}", f"names {shown(name)}", remedy)
         for name, known in radii.items():
             radius = recorded.get(name)
             if not isinstance(radius, (int, float)) or not 0.0 < radius <= LARGEST:
