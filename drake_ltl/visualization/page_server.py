@@ -8,12 +8,15 @@ import socket
 import threading
 import urllib.request
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
 
 Source = Callable[[str], "str | Mapping[str, Any]"]
 """Makes what is served, HTML or data for JSON, of what follows the `?` in the address."""
 
+PORTS = range(7700, 7720)
+"""Preferred, so that people find pages, and can forward the port, where they were the last time."""
 PATIENCE = 30.0
 """For files of another server [s]."""
 
@@ -30,7 +33,7 @@ class PageServer:
             host: address to listen at, "*" for all of this computer's.
         """
         handler = type("Handler", (_Handler,), {"sources": dict(sources), "behind": behind})
-        self._server = http.server.ThreadingHTTPServer(("" if host == "*" else host, 0), handler)
+        self._server = _listening("" if host == "*" else host, handler)
         self._host = host
         self._server.daemon_threads = True
         threading.Thread(target=self._server.serve_forever, name="page server", daemon=True).start()
@@ -45,6 +48,14 @@ class PageServer:
         """Answers no more."""
         self._server.shutdown()
         self._server.server_close()
+
+
+def _listening(host: str, handler: type[_Handler]) -> http.server.ThreadingHTTPServer:
+    """On the first of PORTS that nobody has, else on any."""
+    for port in PORTS:
+        with suppress(OSError):
+            return http.server.ThreadingHTTPServer((host, port), handler)
+    return http.server.ThreadingHTTPServer((host, 0), handler)
 
 
 class _Handler(http.server.BaseHTTPRequestHandler):
