@@ -9,6 +9,7 @@ from pathlib import Path
 
 import nbformat
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 from nbclient import NotebookClient
 from nbconvert import MarkdownExporter
@@ -18,6 +19,7 @@ PAGES = {"CONTRIBUTING.md": "CONTRIBUTING.md", "CHANGELOG.md": "CHANGELOG.md"}
 """Site -> repository."""
 NOTEBOOK_SECONDS = 300
 """For one cell."""
+FETCHED = re.compile(r"<(?:script|img|iframe|link)\b[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^\"'> ]*")
 
 
 def on_startup(command: str, dirty: bool) -> None:
@@ -81,3 +83,11 @@ def on_page_markdown(markdown: str, page: object, config: MkDocsConfig, files: F
     markdown = markdown.replace("](" + "../" * (depth + 1) + "examples/", "](" + "../" * depth + "examples/")
     markdown = re.sub(r"\]\(notebooks/(\w+)\.ipynb\)", r"](../notebooks/\1.md)", markdown)
     return markdown.replace("](docs/", "](") if page.file.src_uri in PAGES else markdown
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Nothing on the site is fetched from elsewhere."""
+    for page in Path(config.site_dir).rglob("*.html"):
+        found = FETCHED.search(page.read_text(encoding="utf-8"))
+        if found:
+            raise PluginError(f"{page}: {found[0]} would be fetched from a network")
