@@ -172,3 +172,12 @@ def test_the_package_of_a_file(tmp_path):
     assert package_of(tmp_path / "meshes" / "a.obj") == ("robots", tmp_path)
     (tmp_path / "package.xml").write_text("<package>", encoding="utf-8")
     assert package_of(tmp_path / "a.obj") is None
+
+
+@pytest.mark.parametrize(
+    "uri", ["x" * 5000, "a/" * 3000, f"package://{PACKAGE}/{'x' * 5000}", "~nobody at all/x", "a\u0301.urdf"]
+)
+def test_lines_about_strange_names_are_short(loaded, uri):
+    (line,) = loaded(uri)
+    assert len(line) < 600
+    assert line.isprintable()
