@@ -30,7 +30,8 @@ def test_acceptance_is_by_states():
     assert automaton_graph("a", "GF p").num_states == 2
 
 
-def test_what_is_too_large_is_not_drawn():
+def test_what_is_too_large_is_not_drawn(monkeypatch):
+    monkeypatch.setattr(automaton_drawing, "PATIENCE", 0.3)
     assert automaton_graph("a", " & ".join(f"GF p{i}" for i in range(30))) is None
 
 
