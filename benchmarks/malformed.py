@@ -40,7 +40,7 @@ from drake_ltl.scenario import load, loads
 ROOT = Path(__file__).resolve().parents[1]
 KINDS = ("scenario", "recording", "scenario", "plan")
 SUFFIXES = {"scenario": "yaml", "recording": "npz", "plan": "json"}
-BATCH = 100
+BATCH = 250
 """Inputs that share a child. The first of each is given to the installed command as well."""
 HANGS = 60.0
 """Only a command that hangs takes so long [s]."""

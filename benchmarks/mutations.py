@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -134,8 +135,13 @@ def scenario(chance: Random, text: str) -> bytes:
         return spoil_bytes(chance, text.encode())
     if kind < 4:
         return spoil_text(chance, text)
-    data = spoil_entries(chance, yaml.safe_load(text))
+    data = spoil_entries(chance, _loaded(text))
     return _written(data).encode("utf-8", "surrogatepass")
+
+
+@cache
+def _loaded(text: str) -> Any:
+    return yaml.safe_load(text)
 
 
 def _written(data: Any) -> str:
@@ -153,7 +159,7 @@ def _without_huge(data: Any) -> Any:
     return 10**400 if isinstance(data, int) and data >= HUGE else data
 
 
-class _NoAliases(yaml.SafeDumper):
+class _NoAliases(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
