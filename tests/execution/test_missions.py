@@ -154,7 +154,7 @@ def test_a_gradient_of_the_wrong_sign_is_judged_violated(mission, case_ii, model
         )
 
     monkeypatch.setattr(mission_controller, "evaluate_field", wrong)
-    run = simulate(mission, case_ii, models)
+    run = simulate(mission, case_ii, models, keep_going=True)
     verdict = verify(run.recording)
     assert not verdict.satisfied
     kinds = {violation.kind for violation in verdict.violations}
@@ -194,12 +194,14 @@ def test_who_ignores_obstacles_is_judged_violated(monkeypatch, bad):
     models = measure(scenario)
     if bad:
         monkeypatch.setattr(mission_controller, "evaluate_field", straight_ahead)
-    run = simulate(plan_and_place(scenario, models), scenario, models)
+    run = simulate(plan_and_place(scenario, models), scenario, models, keep_going=True)
     verdict = verify(run.recording)
     assert run.recording.completed
     assert verdict.satisfied is not bad, [str(violation) for violation in verdict.violations]
     if bad:
-        assert {violation.kind for violation in verdict.violations} == {"forbidden_region", "lyapunov"}  # V was its own
+        kinds = {violation.kind for violation in verdict.violations}
+        assert kinds == {"forbidden_region", "lyapunov", "monitor"}  # V was its own
+        assert {seen.monitor for seen in run.recording.monitored} == {"forbidden_region", "lyapunov"}
         assert verdict.min_clearance["forbidden_region"] < -2.0
     else:
         assert verdict.min_clearance["forbidden_region"] > 0.0
