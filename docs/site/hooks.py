@@ -86,7 +86,8 @@ def on_page_markdown(markdown: str, page: object, config: MkDocsConfig, files: F
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """Nothing on the site is fetched from elsewhere."""
+    """Nothing on the site is fetched from elsewhere; and what mkdocstrings has read may go."""
+    shutil.rmtree(ROOT / "out" / "api")
     for page in Path(config.site_dir).rglob("*.html"):
         found = FETCHED.search(page.read_text(encoding="utf-8"))
         if found:
