@@ -67,7 +67,7 @@ def ask(question: Callable[..., T], formula: str, *more: object, seconds: float 
         if is_quick(formula):
             return question(formula, *more)
         return _ask_apart(question, formula, *more, seconds=seconds)
-    except (RuntimeError, MemoryError) as error:  # of more sets of acceptance than Spot was built for, for instance
+    except (RuntimeError, MemoryError, OverflowError) as error:  # of too many sets of acceptance, for instance
         raise _too_large(formula, "beyond what Spot can do") from error
 
 

@@ -23,6 +23,10 @@ from drake_ltl.spot_support import require_spot
 
 MOST_STATES = 3000
 """Of an automaton while it is made deterministic; larger ones take long to make."""
+MOST_SYMBOLIC_EDGES = 1_000_000
+"""Of such an automaton."""
+FEW_STATES, FEW_MARKS = 8, 4
+"""To make smaller automata simpler takes longer than to search with them."""
 MOST_PAIRS = 20_000_000
 """Of states, that are looked at to see whether an automaton counts, times letters."""
 
@@ -61,6 +65,45 @@ class Automaton:
         if state >= 0:
             return self if state == self.initial else replace(self, initial=state)
         return replace(self, successors=np.full_like(self.successors, -1))
+
+    def simplified(self) -> Automaton:
+        """The same with fewer states, and marks that say more (`saturated`), unless it is small as it is."""
+        small = self.n_states <= FEW_STATES and int(self.marks.max(initial=0)) < 1 << FEW_MARKS
+        return self if small else self.saturated().reduced()
+
+    def reduced(self) -> Automaton:
+        """The same without states that are not reached, and with states that nothing tells apart made one."""
+        reached, onwards = np.zeros(self.n_states, dtype=bool), np.array([self.initial])
+        while len(onwards):
+            reached[onwards] = True
+            onwards = np.unique(self.successors[onwards])
+            onwards = onwards[(onwards >= 0) & ~reached[onwards]]
+        states = np.flatnonzero(reached)
+        successors, marks = self.successors[states], np.where(self.successors[states] < 0, -1, self.marks[states])
+        number, n_kinds = np.zeros(self.n_states + 1, dtype=np.int64), 0  # one more: where -1 leads
+        while True:
+            rows = np.column_stack([number[states], np.where(successors < 0, -1, number[successors]), marks])
+            _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+            number[states] = kind.reshape(-1)
+            if len(first) == n_kinds:
+                break
+            n_kinds = len(first)
+        onto = np.where(successors[first] < 0, -1, number[successors[first]])
+        return replace(self, initial=int(number[self.initial]), successors=onto, marks=self.marks[states[first]])
+
+    def saturated(self) -> Automaton:
+        """The same with each mark on all edges where it makes no difference: those that lie on no cycle without it."""
+        sources, read = np.nonzero(self.successors >= 0)
+        targets, marks = self.successors[sources, read], self.marks[sources, read]
+        for mark in range(int(marks.max(initial=0)).bit_length()):
+            rest = np.flatnonzero((marks >> mark & 1) == 0)
+            ends = sources[rest], targets[rest]
+            graph = csr_array((np.ones(len(rest)), ends), shape=(self.n_states, self.n_states))
+            component = connected_components(graph, connection="strong")[1]
+            marks[rest[component[ends[0]] != component[ends[1]]]] |= 1 << mark
+        everywhere = np.zeros_like(self.marks)
+        everywhere[sources, read] = marks
+        return replace(self, marks=everywhere)
 
     def accepts(self, met: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether sets of marks that recur satisfy any clause."""
@@ -134,6 +177,27 @@ def translate(formula: str, effort: str = "low") -> Any:
     made = spot_automaton(formula, "generic", "deterministic", effort, options=options)
     if not require_spot().is_deterministic(made):
         raise SearchLimitError(f"a deterministic automaton of the formulas has more than {MOST_STATES} states")
+    return made
+
+
+def joint(formula: str, effort: str = "low") -> Any:
+    """As `translate`, as the product of the automata of the formula's conjuncts.
+
+    It is made in a fraction of the time, and where Spot cannot make a whole one; it may have some states that are equal
+    (`Automaton.reduced`).
+    """
+    spot = require_spot()
+    parsed = spot.formula(formula)
+    conjuncts = list(parsed) if parsed.kind() == spot.op_And else [parsed]
+    made, aborter = translate(str(conjuncts[0]), effort), spot.output_aborter(MOST_STATES, MOST_SYMBOLIC_EDGES)
+    for conjunct in conjuncts[1:]:
+        try:
+            made = spot.product(made, translate(str(conjunct), effort), aborter)
+        except RuntimeError as error:
+            raise SearchLimitError("an automaton of the formulas has more marks than Spot can tell apart") from error
+        if made is None:
+            raise SearchLimitError(f"a deterministic automaton of the formulas has more than {MOST_STATES} states")
+        made.purge_dead_states()
     return made
 
 

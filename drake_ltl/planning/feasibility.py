@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.automaton import Automaton, letters, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, joint, letters, tabulate
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
@@ -33,7 +33,7 @@ def feasible_starts(scenario: Scenario, system: TransitionSystem) -> NDArray[np.
     Raises:
         SearchLimitError: the product is too large.
     """
-    automaton = translate(global_formula(scenario))
+    automaton = joint(global_formula(scenario))
     names = [ap.ap_name() for ap in automaton.ap()]
     different, letter = letters(system, names)
     table = tabulate(automaton, names, different)

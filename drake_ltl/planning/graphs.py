@@ -11,7 +11,7 @@ import numpy as np
 import pydot
 
 from drake_ltl.errors import InfeasibleError, SearchLimitError
-from drake_ltl.planning.automaton import Automaton, letters, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, joint, letters, tabulate
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.table import action_text
 from drake_ltl.planning.transition_system import TransitionSystem
@@ -54,7 +54,7 @@ def automaton_hoa(scenario: Scenario) -> str:
     It is the one that the planner searches: generalised Buchi acceptance on transitions.
     """
     formula = global_formula(scenario)
-    automaton = translate(formula)
+    automaton = joint(formula)
     automaton.set_name(formula)
     return automaton.to_str("hoa") + "\n"
 
@@ -95,7 +95,7 @@ def product_graph(system: TransitionSystem, start: State, *, most_edges: int = M
     first = system.index(start)
     if first < 0:
         raise InfeasibleError(f"the initial state is impossible: {start}")
-    automaton = translate(global_formula(system.scenario))
+    automaton = joint(global_formula(system.scenario))
     names = [ap.ap_name() for ap in automaton.ap()]
     different, letter = letters(system, names)
     return _Product(system, tabulate(automaton, names, different), letter).reachable(first, most_edges)

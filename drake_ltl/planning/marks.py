@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from drake_ltl.planning.distances import distances, least, single, way
 from drake_ltl.planning.product import Graph, Part
+
+MOST_MASKS = 1 << 16
+"""So many sets of marks are counted rather than sorted."""
 
 Features = Callable[[NDArray], NDArray]
 """Of nodes of a product, (n,) -> (n, F): see `LoopProblem`."""
@@ -27,6 +30,22 @@ class Marks:
 
     part: Part
     full: int
+
+    @classmethod
+    def of(cls, part: Part, full: int) -> Marks:
+        """Without marks that a loop which stays in the part meets anyhow, together with some other one."""
+        met = np.flatnonzero(np.bincount(part.marks, minlength=1)) if full < MOST_MASKS else np.unique(part.marks)
+        where = {mark: frozenset(np.flatnonzero(met >> mark & 1).tolist()) for mark in range(full.bit_length())}
+        kept: list[int] = []
+        for mark in sorted(where, key=lambda mark: len(where[mark])):  # the rare ones bring others with them
+            if not any(where[other] <= where[mark] for other in kept):
+                kept.append(mark)
+        if len(kept) == full.bit_length():
+            return cls(part, full)
+        renumbered = np.zeros_like(part.marks)
+        for number, mark in enumerate(kept):
+            renumbered |= (part.marks >> mark & 1) << number
+        return cls(replace(part, marks=renumbered), (1 << len(kept)) - 1)
 
     @property
     def each(self) -> range:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake, SearchLimitError
 from drake_ltl.planning.actions import actions_between
-from drake_ltl.planning.automaton import Automaton, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, joint, tabulate
 from drake_ltl.planning.certificate import check, state_fault
 from drake_ltl.planning.costs import Chi, path_cost, sum_of_ways
 from drake_ltl.planning.counts import Counts
@@ -141,12 +141,12 @@ def _automaton(scenario: Scenario, model: Model, seen: Sequence[State] = ()) -> 
         digits_of(scenario, state)  # complains of what is not in the scenario
     shown = [letter_of(scenario, state) for state in seen]
     for effort in ("low", "medium"):  # more is only worth its time where it spares the search a detour
-        automaton = translate(global_formula(scenario), effort)
+        automaton = joint(global_formula(scenario), effort)
         propositions = [ap.ap_name() for ap in automaton.ap()]
         different, letter = model.letters(propositions)
         word = np.array([[p in s for p in propositions] for s in shown], dtype=bool)
         word = word.reshape(len(seen), len(propositions))
-        table = tabulate(automaton, propositions, np.concatenate([different, word]))
+        table = tabulate(automaton, propositions, np.concatenate([different, word])).simplified()
         if table.never_counts:
             break
     return letter, table.after(range(len(different), len(different) + len(seen)))
@@ -171,13 +171,13 @@ def _plan(scenario: Scenario, route: Route, chi: Chi, alpha: float, beta: float)
 
 def _reason(scenario: Scenario, model: Model, start: State, forbidden: frozenset, seen: Sequence[State]) -> str:
     """Why there is no plan: one formula alone if possible."""
-    if translate(global_formula(scenario)).is_empty():
+    if joint(global_formula(scenario)).is_empty():
         whole = "no word at all satisfies the formulas together"
     else:
         whole = "no run from the initial state satisfies the formulas together"
     for name, alone in _alone(scenario):
         formula = global_formula(alone)
-        if translate(formula).is_empty():
+        if joint(formula).is_empty():
             return f"no word at all satisfies {name}: {formula}"
         letter, automaton = _automaton(alone, model, seen)
         if not model.has_lasso(letter, automaton, start):

@@ -109,7 +109,7 @@ def cheapest_lasso(
     for rules in automaton.for_loops():
         loops = product if rules is automaton else product_with(rules, beta)
         part = accepting_part(loops, reachable, rules.full)
-        parts += [Marks(part, rules.full)] if part.n_nodes else []
+        parts += [Marks.of(part, rules.full)] if part.n_nodes else []
     return _Search(system, letter, automaton, prefixes).among(parts) if parts else None
 
 

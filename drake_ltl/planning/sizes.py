@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.automaton import buchi_size, translate
+from drake_ltl.planning.automaton import buchi_size, joint
 from drake_ltl.planning.counts import BUCHI_TIME
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.transition_system import TransitionSystem
@@ -30,7 +30,7 @@ class AutomatonSizes:
 def automaton_sizes(scenario: Scenario) -> AutomatonSizes:
     """Translates the global formula twice."""
     formula = global_formula(scenario)
-    searched = translate(formula)
+    searched = joint(formula)
     try:
         buchi = buchi_size(formula, BUCHI_TIME)
     except (TimeoutError, SearchLimitError):

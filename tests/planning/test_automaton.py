@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.acceptance import Clause
-from drake_ltl.planning.automaton import Automaton, buchi_size, letters, tabulate, translate
+from drake_ltl.planning.automaton import Automaton, buchi_size, joint, letters, tabulate, translate
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.orbits import accepted, closed, row_of
 from drake_ltl.planning.power import sum_rule
@@ -209,3 +209,35 @@ def test_an_automaton_that_never_counts_closes_within_a_round(formula, cycle):
     for q in range(automaton.n_states):
         after = state_after(replace(automaton, initial=q), cycle * automaton.n_states)
         assert (after in once) == (q in good)
+
+
+@settings(deadline=None, max_examples=100)
+@given(parts=st.lists(FORMULAS, min_size=1, max_size=3), prefix=WORDS, cycle=WORDS.filter(len))
+def test_joint_and_simpler_automata_accept_the_same_words(parts, prefix, cycle):
+    formula = " & ".join(f"({part})" for part in parts)
+    expected = satisfies(formula, as_letters(prefix), as_letters(cycle))
+    plain = tabulate(joint(formula), ATOMS, ALL_LETTERS)
+    for automaton in (plain, plain.saturated(), plain.reduced(), plain.saturated().reduced()):
+        assert (state_after(automaton, prefix) in accepted_states(automaton, cycle)) == expected
+
+
+def test_marks_that_make_no_difference_are_set_and_equal_states_made_one():
+    """Mark 0 is missing on the way back to state 0; states 1 and 2 are alike; nothing leads to state 3."""
+    successors = [[0, 1], [0, 2], [0, 1], [3, 3]]
+    automaton = replace(automaton_of(successors), marks=np.array([[1, 1], [0, 0], [0, 0], [0, 0]]))
+    saturated = automaton.saturated()
+    assert saturated.marks.tolist() == [[1, 1], [1, 0], [1, 0], [0, 0]]
+    simpler = saturated.reduced()
+    assert simpler.n_states == 2
+    assert sorted(simpler.marks.tolist()) == [[1, 0], [1, 1]]
+
+
+def test_conjunctions_that_spot_cannot_translate_as_a_whole():
+    parts = ["G(p -> XXp)", "G(q -> XXr)", "G(s -> XXs)", "GF(t & F(u & Ft))", "G(v -> X(!v U w))", "Fx", "G(y -> XFu)"]
+    assert joint(" & ".join(parts)).num_states() <= 512
+
+
+def test_joint_automata_are_given_up_when_they_grow_too_large(monkeypatch):
+    monkeypatch.setattr("drake_ltl.planning.automaton.MOST_STATES", 20)
+    with pytest.raises(SearchLimitError, match="more than 20 states"):
+        joint("Fa & Fb & Fc & Fd & Fe")

@@ -111,6 +111,8 @@ def test_layers_keep_the_cheapest_loop_with_all_marks(edges, prices):
     problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], roots[:, None])
     assert cheapest_loop(problem, prices[roots], weight + 1.0).weight == best
     assert priced.layers(weight + 1.0, 0) is None
+    without_implied = Priced(Marks.of(part, 0b11), prices)
+    assert least_loop(without_implied, lambda nodes: nodes[:, None], weight + 1.0, 1000).weight == best
     for limit in (best, weight + 1.0):
         for most_edges in (0, 12, 20, 1000):
             least = least_loop(priced, lambda nodes: nodes[:, None], limit, most_edges)

@@ -212,7 +212,7 @@ class ClosedLoops:
         prices = local.prices[part.nodes]
         if not np.isfinite(prices).any():
             return np.inf, []
-        loop = closed_loop(Marks(part, full), prices, local.features, limit)
+        loop = closed_loop(Marks.of(part, full), prices, local.features, limit)
         if loop.bound < min(loop.weight, limit):
             raise SearchLimitError("too many loops are left near the best ones")
         return loop.weight, part.nodes[loop.nodes].tolist()
@@ -236,7 +236,7 @@ class LaterLoops(ClosedLoops):
         if not np.isfinite(prices[part.nodes % n_states]).any():
             return np.inf, []
         rounds = Rounds(self._automaton, letter, by_state, prices, local.features)
-        loop, bound = rounds.cheapest(Marks(part, full), limit)
+        loop, bound = rounds.cheapest(Marks.of(part, full), limit)
         if bound < (limit if loop is None else loop.weight):
             raise SearchLimitError("too many loops are left near the best ones")
         return (
