@@ -17,6 +17,10 @@ from drake_ltl.systems.program import TransportTask
 from drake_ltl.systems.step_field import FieldBuilder, Snapshot
 
 
+TOUCHING = 1e300
+"""V where spheres touch [J]: a recording has finite numbers only."""
+
+
 @dataclass(frozen=True)
 class Bodies:
     """Where everything was, one row per sample."""
@@ -63,7 +67,7 @@ def lyapunov_values(
             V[here] += _kinetic_energy(mission, task.object, bodies, here)
             for name in task.team:
                 V[here] += _posture_energy(mission.models.agents[name], bodies.q[name], motion, here, name)
-    return V
+    return np.where(np.isfinite(V), V, TOUCHING)
 
 
 def _potential(

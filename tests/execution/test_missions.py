@@ -130,7 +130,7 @@ def test_a_file_says_the_same_as_the_run(recording, verdict, tmp_path):
 def test_the_same_mission_again_is_the_same(recording, mission, case_ii, models):
     """Its first two steps, with grasps in them, by another diagram: equal to the last bit."""
     again = RunMission(MakeMissionDiagram(mission, case_ii, models, num_steps=2), num_steps=2).recording
-    samples = len(again.time) - 2  # the last ones are already of the next step there
+    samples = np.count_nonzero(again.step < 2)  # the last ones are already of the next step there
     for name in recording.agents:
         np.testing.assert_array_equal(again.q[name][:samples], recording.q[name][:samples])
     for name in recording.objects:
@@ -201,7 +201,7 @@ def test_who_ignores_obstacles_is_judged_violated(monkeypatch, bad):
     if bad:
         kinds = {violation.kind for violation in verdict.violations}
         assert kinds == {"forbidden_region", "lyapunov", "monitor"}  # V was its own
-        assert {seen.monitor for seen in run.recording.monitored} == {"forbidden_region", "lyapunov"}
+        assert {seen.monitor for seen in run.recording.monitored} == {"forbidden_region"}  # they see the V of its own
         assert verdict.min_clearance["forbidden_region"] < -2.0
     else:
         assert verdict.min_clearance["forbidden_region"] > 0.0
