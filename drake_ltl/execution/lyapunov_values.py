@@ -16,7 +16,6 @@ from drake_ltl.systems.posture_springs import posture_spring
 from drake_ltl.systems.program import TransportTask
 from drake_ltl.systems.step_field import FieldBuilder, Snapshot
 
-
 TOUCHING = 1e300
 """V where spheres touch [J]: a recording has finite numbers only."""
 
