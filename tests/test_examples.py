@@ -29,6 +29,7 @@ COSTS = {
     "example_1": 5492.0,
     "gathering": 2904.0,
     "turned_crate": 725.0,
+    "spare_hand": 972.0,
 }
 """J of the plan, proven least; sums of squared distances of regions, exact but for rounding."""
 LARGE = ["example_1"]

@@ -39,10 +39,12 @@ from drake_ltl.scenario.starts import AgentStart, ObjectStart
 from drake_ltl.systems.program import MissionProgram, StepProgram
 from drake_ltl.systems.signals import NO_GRASP, Phase
 
-LOOK = 0.1
+LOOK = 0.02
 """How often it is looked whether a fault is due that waits for a step or a grasp, and whether all rest [s]."""
 BRAKING_LIMIT = 10.0
 """After so long in safe mode those who do not rest are left alone [s]."""
+LOST_LIMIT = 3.0
+"""... and those who are out of service after so long [s]."""
 MOST_HALTS = 10
 """Of one run."""
 TURNED = np.deg2rad(0.5)
@@ -324,11 +326,12 @@ class _Leg:
             monitor.Restart(monitor.GetMyMutableContextFromRoot(self._context))
 
     def _wait(self) -> None:
-        """Until all rest that can; faults that are noticed meanwhile are counted in."""
-        end = self._context.get_time() + BRAKING_LIMIT
-        while self._context.get_time() < end:
-            self._notice(self._simulator.AdvanceTo(self._boundary(self._context.get_time() + LOOK)))
-            if self.diagram.supervisor.is_quiet(self._own, self.going.losses.agents):
+        """Until all rest; for those out of service not so long. What is noticed meanwhile is counted in."""
+        begin, supervisor = self._context.get_time(), self.diagram.supervisor
+        while (now := self._context.get_time()) < begin + BRAKING_LIMIT:
+            self._notice(self._simulator.AdvanceTo(self._boundary(now + LOOK)))
+            lost = self.going.losses.agents if now > begin + LOST_LIMIT else frozenset()
+            if supervisor.is_quiet(self._own, lost):
                 return
 
     # What comes next.

@@ -145,7 +145,7 @@ def _fault(entry: Table, members: Mapping[str, Sequence[str]]) -> Fault | None:
     values = {}
     for key, (reader, default) in kind.entries.items():
         values[key] = entry.take(key, reader) if default is None else entry.take(key, reader, default)
-    if name == "sensors" and not any(values.values()):
+    if name == "sensors" and None not in values.values() and not any(values.values()):
         entry.note(entry.path, "changes nothing", f"write one of {listing(kind.entries)}")
     entry.close()
     return Fault(name, who, time, step, values)

@@ -62,6 +62,7 @@ def carry_out(sweep: Sweep, number: int, report: Callable[[RunProgress], None] |
         suffix_rounds=sweep.suffix_rounds,
         keep_going=True,  # how far a run gets, and what then becomes of it, counts too
         disturb=_heavier(drawn),
+        announce=lambda line: None,  # outcomes say it
         report=report,
     )
     verdict = verify(run.recording, scenario)

@@ -33,6 +33,8 @@ LEAST_RESIDUAL = 3.0
 """Of a base's joint [N] ..."""
 LEAST_ARM_RESIDUAL = 1.0
 """... and of an arm's [N m]: smoothed, smaller ones are noise."""
+RESIDUAL_TIME = 0.15
+"""Residuals that last for less are those of measurements that come late [s]."""
 STOP = 0.2
 """A joint this near to one of its limits may be held by its stop [m, rad]."""
 SHARE_MISSING = 0.02
@@ -78,6 +80,7 @@ class _Residual:
     torque: np.ndarray
     smooth: np.ndarray
     still: _Durations = field(default_factory=_Durations)
+    large: _Durations = field(default_factory=_Durations)
 
 
 @dataclass
@@ -198,13 +201,14 @@ class MotionMonitor(FaultMonitor):
         held = {name for name, told in zip(self._places.agents, progress.agents, strict=True) if told.grasp != NO_GRASP}
         # once the supervisor has changed its mind other torques act than were seen before
         smooth = self._smoothed(before, x, held) if progress is before.progress else before.smooth
-        memory.notes = _Residual(progress, x, torque, smooth, before.still)
+        memory.notes = _Residual(progress, x, torque, smooth, before.still, before.large)
         for name, told in zip(self._places.agents, progress.agents, strict=True):
             if name in self._ignored:
                 continue
             rows = self._crew.rows[name]
             worst = rows.start + int(np.argmax(np.abs(smooth[rows]) / self._least[rows]))
-            if abs(smooth[worst]) > self._least[worst]:
+            large = bool(abs(smooth[worst]) > self._least[worst])
+            if before.large.lasts(name, large, context.get_time()) >= RESIDUAL_TIME:
                 what = f"{name} does not move as its torques should move it: unexplained (N or N m)"
                 yield self._says(
                     context,

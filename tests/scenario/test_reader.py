@@ -13,6 +13,7 @@ import yaml
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.scenario import load, loads
+from drake_ltl.scenario.faults import KINDS, Fault
 from drake_ltl.scenario.model import PublishedFits, Scenario
 from drake_ltl.scenario.reader import LARGEST_TOLERANCES
 
@@ -31,6 +32,13 @@ def read(data: dict[str, Any]) -> Scenario:
     return loads(yaml.safe_dump(data, sort_keys=False))
 
 
+def fault_entry(fault: Fault) -> dict[str, Any]:
+    """As a file has it."""
+    when = {"time": fault.time, "step": fault.step}
+    entry = {"kind": fault.kind, KINDS[fault.kind].member: fault.who, **when, **fault.values}
+    return {key: value for key, value in entry.items() if value is not None}
+
+
 def dumped(scenario: Scenario) -> str:
     """A scenario file with every field written out."""
     data = dataclasses.asdict(scenario)
@@ -45,6 +53,7 @@ def dumped(scenario: Scenario) -> str:
     data["fits"] = data["fits"] or "geometric"
     if data["team_radius"] is None:
         del data["team_radius"]
+    data["faults"] = [fault_entry(fault) for fault in scenario.faults]
     del data["source"]
     return yaml.safe_dump(data, sort_keys=False)
 

@@ -1,0 +1,36 @@
+"""What a detected fault takes away."""
+
+from __future__ import annotations
+
+import pytest
+
+from drake_ltl.faults.losses import DRIVE, GRIP, LOAD, MOTION, OBJECT, Losses
+from drake_ltl.monitoring.violation import Violation
+
+
+def seen(monitor: str, *who: str) -> Violation:
+    return Violation(monitor, 1.0, 0, who, "something is wrong")
+
+
+@pytest.mark.parametrize("monitor", [DRIVE, MOTION])
+def test_who_does_not_move_as_told_is_out_of_service(monitor):
+    losses = Losses().after(seen(monitor, "a1"))
+    assert losses == Losses(agents=frozenset({"a1"}))
+    assert str(losses) == "a1 is out of service"
+
+
+def test_who_loses_a_grasp_can_still_drive():
+    assert Losses().after(seen(GRIP, "a1", "o1")) == Losses(grippers=frozenset({"a1"}))
+
+
+def test_a_load_of_another_weight_is_not_carried_any_more():
+    assert Losses().after(seen(LOAD, "o1")) == Losses(objects=frozenset({"o1"}))
+
+
+def test_a_push_takes_nothing_away():
+    assert str(Losses().after(seen(OBJECT, "o1"))) == "nothing is lost"
+
+
+def test_losses_add_up():
+    losses = Losses().after(seen(GRIP, "a1", "o1")).after(seen(DRIVE, "a1")).after(seen(LOAD, "o2"))
+    assert str(losses) == "a1 is out of service; o2 cannot be carried any more"

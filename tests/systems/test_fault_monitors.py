@@ -1,0 +1,166 @@
+"""Monitors of faults see what measurements and commands make of each other; they stay silent while these agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drake_ltl.diagrams import MakeMissionDiagram
+from pydrake.common.value import Value
+
+from drake_ltl.multibody.crew import CrewModel
+from drake_ltl.systems.fault_monitors import DriveMonitor, GripMonitor, LoadMonitor, MotionMonitor, ObjectMonitor
+from drake_ltl.systems.program import all_welds
+from drake_ltl.systems.progress import AgentSignals, Progress
+from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
+from drake_ltl.systems.state_places import StatePlaces
+
+DT = 0.005
+REST = {"first_step": 0, "ignored": frozenset()}
+
+
+@pytest.fixture(scope="module")
+def places(case_ii, models, mission):
+    parts = MakeMissionDiagram(mission, case_ii, models, num_steps=1, monitors=False).transport_plant
+    return StatePlaces.of(parts.plant, parts.agents, parts.objects)
+
+
+@pytest.fixture(scope="module")
+def x(places):
+    """Arms bent, all at rest, crates on the floor."""
+    x = np.zeros(places.size)
+    x[places.q] = np.tile([0.0, 0.0, 0.5, 0.8], 3) + np.repeat([0.0, 10.0, 20.0], 4) * np.tile([1.0, 0.0, 0.0, 0.0], 3)
+    for index, rows in enumerate(places.pose.values()):
+        x[rows] = [1.0, 0.0, 0.0, 0.0, 3.0 * index, 5.0, 0.25]
+    return x
+
+
+def progress(modes=(Mode.HOLD,) * 3, grasps=(NO_GRASP,) * 3) -> Progress:
+    zero = np.zeros(4)
+    agents = tuple(AgentSignals(m, zero, np.zeros(10), g) for m, g in zip(modes, grasps, strict=True))
+    return Progress(4, Phase.NAVIGATE, 0.0, 0, np.zeros(18), agents)
+
+
+class Watched:
+    """A monitor that looks whenever it is told what it sees."""
+
+    def __init__(self, monitor):
+        self.monitor, self.context = monitor, monitor.CreateDefaultContext()
+        self.looks, self.told = 0, None
+
+    def look(self, told: Progress, **vectors) -> list[str]:
+        self.context.SetTime(self.looks * DT)
+        self.looks += 1
+        for name, value in vectors.items():
+            self.monitor.GetInputPort(name).FixValue(self.context, value)
+        if told is not self.told:  # FixValue copies: what it has fixed stays the same Progress
+            self.told = told
+            self.monitor.get_progress_input_port().FixValue(self.context, Value(told))
+        return [violation.what for violation in self.monitor.Look(self.context)]
+
+
+def test_drives_that_give_what_is_asked_are_well(places, case_ii, models, x):
+    watched, told = Watched(DriveMonitor(places, case_ii, models, **REST)), progress()
+    asked = np.full(12, 5.0)
+    assert watched.look(told, state=x, torque=asked, delivered=asked) == []
+    weak = np.r_[[105.0] * 4, [5.0] * 4, [105.0] * 4]
+    (what,) = watched.look(told, state=x, torque=np.full(12, 105.0), delivered=weak)
+    assert "the drives of a2 give less torque" in what
+
+
+def test_beyond_their_limits_drives_owe_nothing(places, case_ii, models, x):
+    watched = Watched(DriveMonitor(places, case_ii, models, **REST))
+    limits = np.concatenate([model.effort_limits for model in models.agents.values()])
+    assert watched.look(progress(), state=x, torque=3.0 * limits, delivered=limits) == []
+
+
+def moving(case_ii, places, x, torque, steps):
+    """States that follow from torques, as a discrete plant steps."""
+    crew = CrewModel(case_ii.agents)
+    x, n = x.copy(), len(torque)
+    for _ in range(steps):
+        yield x.copy()
+        q, qd = x[places.q], x[places.qd]
+        crew.set_state(q, qd)
+        bias = crew.inverse_dynamics(np.zeros(n))
+        inertia = np.column_stack([crew.inverse_dynamics(e) - bias for e in np.eye(n)])
+        x[places.qd] = qd + DT * np.linalg.solve(inertia, torque - bias)
+        x[places.q] = q + DT * x[places.qd]
+
+
+def test_agents_that_move_as_torques_move_them_are_well(places, case_ii, models, x):
+    watched, told = Watched(MotionMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSITION] * 3)
+    torque = np.tile([3.0, -2.0, 4.0, 2.0], 3)
+    assert [w for s in moving(case_ii, places, x, torque, 20) for w in watched.look(told, state=s, torque=torque)] == []
+
+
+def test_who_stands_still_under_a_torque_is_noticed_within_a_fifth_of_a_second(places, case_ii, models, x):
+    watched, told = Watched(MotionMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSITION] * 3)
+    crew = CrewModel(case_ii.agents)
+    crew.set_state(x[places.q], x[places.qd])
+    torque = crew.gravity() + np.eye(12)[4] * 20.0  # a2 is driven along x
+    found = [what for _ in range(40) for what in watched.look(told, state=x, torque=torque)]
+    assert len(found) == 1
+    assert "a2 does not move as its torques should move it" in found[0]
+
+
+def test_nobody_is_accused_of_what_the_supervisor_has_just_changed(places, case_ii, models, x):
+    watched = Watched(MotionMonitor(places, case_ii, models, **REST))
+    crew = CrewModel(case_ii.agents)
+    crew.set_state(x[places.q], x[places.qd])
+    torque = crew.gravity() + 20.0 * np.eye(12)[4]
+    found = [w for _ in range(40) for w in watched.look(progress([Mode.TRANSITION] * 3), state=x, torque=torque)]
+    assert found == []  # another Progress at every look
+
+
+def test_who_stands_still_while_it_should_carry_is_noticed(places, case_ii, models, x):
+    watched = Watched(MotionMonitor(places, case_ii, models, **REST))
+    told = progress([Mode.TRANSPORT, Mode.TRANSPORT, Mode.HOLD], (0, 1, NO_GRASP))
+    swinging = x.copy()
+    swinging[places.qd[:4]] = 1e-3
+    found = [what for _ in range(30) for what in watched.look(told, state=swinging, torque=np.zeros(12))]
+    assert len([what for what in found if "a2 stands still" in what]) == 1
+    assert not any("a1" in what for what in found)
+
+
+def test_a_grasp_that_gapes_is_lost(places, case_ii, models, x):
+    welds = all_welds(models)
+    index = next(i for i, weld in enumerate(welds) if weld.agent == "a1" and weld.object == "o1")
+    told = progress([Mode.TRANSPORT, Mode.HOLD, Mode.HOLD], (index, NO_GRASP, NO_GRASP))
+    held = x.copy()
+    q = models.grasp(welds[index].agent, "o1", welds[index].option).q.copy()
+    q[:2] += x[places.pose["o1"]][4:6]
+    held[places.q[:4]] = q
+    watched = Watched(GripMonitor(places, case_ii, models, welds, **REST))
+    assert [what for _ in range(60) for what in watched.look(told, state=held)] == []
+    slipped = held.copy()
+    slipped[places.q[0]] += 0.01
+    found = [what for _ in range(60) for what in watched.look(told, state=slipped)]
+    assert found == ["a1 has lost its grasp of o1"]
+
+
+@pytest.mark.parametrize(("speed", "grasps", "expected"), [(0.2, 0, 1), (0.2, 1, 0), (0.01, 0, 0)])
+def test_objects_that_move_by_themselves_are_noticed(places, case_ii, models, x, speed, grasps, expected):
+    welds = all_welds(models)
+    index = next(i for i, weld in enumerate(welds) if weld.object == "o2")
+    told = progress(grasps=(index if grasps else NO_GRASP, NO_GRASP, NO_GRASP))
+    x = x.copy()
+    x[places.velocity["o2"]] = [0.0, 0.0, 0.0, speed, 0.0, 0.0]
+    watched = Watched(ObjectMonitor(places, case_ii, welds, **REST))
+    assert len([what for _ in range(40) for what in watched.look(told, state=x)]) == expected
+
+
+def test_a_load_that_rises_is_noticed(places, case_ii, models, x):
+    watched, told = Watched(LoadMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSPORT] * 3)
+    assert watched.look(told, state=x) == []
+    x = x.copy()
+    x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1]
+    assert watched.look(told, state=x) == ["o1 does not stay at the height at which it is carried"]
+
+
+def test_what_is_known_is_not_noticed_again(places, case_ii, models, x):
+    monitor = DriveMonitor(places, case_ii, models, first_step=7, ignored=frozenset({"a1"}))
+    watched = Watched(monitor)
+    assert watched.look(progress(), state=x, torque=np.r_[[100.0] * 4, [0.0] * 8], delivered=np.zeros(12)) == []
+    (seen,) = watched.look(progress(), state=x, torque=np.r_[[0.0] * 4, [100.0] * 8], delivered=np.zeros(12))[:1]
+    assert "a2" in seen
+    assert monitor.violations(watched.context)[0].step == 11  # of the whole run
