@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 MOST_SAMPLES = 400
 """Of a transport, at which forces are worked out."""
+CLOSE = 0.1
+"""Transports are neighbours if there is less than this share of the run between them."""
 LEAST_FORCE = 0.01
 """Where the axis of forces begins [N]."""
 SPACING = 0.02
@@ -144,6 +146,7 @@ def _draw_forces(figure: Figure, recording: Recording, forces: Sequence[TeamForc
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
     agents, objects = agent_colours(recording.agents), object_colours(recording.objects)
     labelled: set[str] = set()
+    said, said_at = "", 0.0
 
     def label(name: str) -> str | None:
         labelled.add(name)
@@ -154,10 +157,13 @@ def _draw_forces(figure: Figure, recording: Recording, forces: Sequence[TeamForc
         seen = label(force.object) if force.object not in labelled else None
         upper.plot(force.time, total, color=objects[force.object], label=seen)
         shares = "\n".join(f"{name} {100 * share:.0f} %" for name, share in force.share.items())
-        upper.annotate(
-            shares, (force.time.mean(), total.max()), (0, 3), textcoords="offset points", fontsize=7, color=INK,
-            ha="center",
-        )  # fmt: skip
+        if (
+            shares != said or force.time[0] > said_at + CLOSE * recording.time[-1]
+        ):  # once for neighbours that share alike
+            said, said_at = shares, float(force.time[-1])
+            upper.annotate(
+                shares, (force.time[0], total.max()), (0, 3), textcoords="offset points", fontsize=7, color=INK
+            )
         for name, pushed in force.on_object.items():
             seen = label(name) if name not in labelled else None
             lower.plot(force.time, np.linalg.norm(pushed, axis=1), color=agents[name], label=seen, lw=1.2)

@@ -11,6 +11,7 @@ from string import Template
 
 from drake_ltl.errors import naming_file
 from drake_ltl.execution.recording import Recording
+from drake_ltl.planning.demands import spaced
 from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.plan import Plan
 from drake_ltl.planning.table import plan_table
@@ -153,7 +154,8 @@ _AUTOMATA = (
 def _summary(recording: Recording, verdict: Verdict) -> str:
     done = sum(step.finished for step in recording.steps)
     parts = [f"{done} of {len(recording.steps)} steps done", f"{verdict.simulated_seconds:.1f} s simulated"]
-    parts += [f"{len(recording.agents)} agents", f"{len(recording.objects)} objects"]
+    for names, kind in ((recording.agents, "agent"), (recording.objects, "object")):
+        parts += [f"{len(names)} {kind}{'s' * (len(names) != 1)}"] if names else []
     if recording.reason:
         parts.append(f"ended early: {escape(recording.reason)}")
     return "; ".join(parts)
@@ -195,7 +197,7 @@ def _steps(recording: Recording, figures: Mapping[str, Picture]) -> str:
 def _automaton(graph: AutomatonGraph, svg: str) -> str:
     states, edges = graph.num_states, len(graph.edges)
     count = f"{states} state{'s' * (states != 1)}, {edges} edge{'s' * (edges != 1)}"
-    caption = f"{escape(graph.name)}: <code>{escape(graph.formula)}</code> ({count})"
+    caption = f"{escape(graph.name)}: <code>{escape(spaced(graph.formula))}</code> ({count})"
     picture = _image(svg, f"automaton of {graph.name}", "automaton")
     listed = ""
     if not graph.has_labels:
