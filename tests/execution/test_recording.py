@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.execution.recording import IntervalRecord, Recording, StepRecord
+from drake_ltl.monitoring.violation import Violation
 
 
 def make(samples: int = 5) -> Recording:
@@ -47,6 +48,7 @@ def make(samples: int = 5) -> Recording:
         ),
         completed=False,
         reason="interrupted",
+        monitored=(Violation("weld", 1.5, 0, ("a1", "o1"), "the weld gapes", 0.004, 0.003, "m"),),
         intervals=(
             IntervalRecord(
                 0, 1, {"a1": (0.5, 0.25, 0.0, 1.0)}, {"o1": (1.0, 2.0, 0.3)}, (), {"a2": ((0.0,) * 6, (1.0,) * 6)}
@@ -267,6 +269,14 @@ KINDS = {
     "steps.0.actions.0.object": [5, []],
     "steps.0.actions.0.kind": [None, ["travel"]],
     "steps.0.actions.0.from": [None, ["pi1"]],
+    "monitored.0.monitor": [None, 5],
+    "monitored.0.time": NUMBER,
+    "monitored.0.step": INTEGER,
+    "monitored.0.who": [None, "a1", [5]],
+    "monitored.0.what": [None, 5],
+    "monitored.0.value": ["x", True, float("nan"), float("inf")],
+    "monitored.0.limit": ["x", [1.0]],
+    "monitored.0.unit": [None, 5],
     "intervals.0.step": INTEGER,
     "intervals.0.phase": INTEGER,
     "intervals.0.travels.a1": ["abcd", ["x"] * 4, [None] * 4, [float("nan")] * 4, [float("inf")], [[0.0]]],
