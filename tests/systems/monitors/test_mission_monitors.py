@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drake_ltl.diagrams import monitors
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RollPitchYaw
 
+from drake_ltl.errors import SearchLimitError
 from drake_ltl.monitoring.prefixes import Standing
 from drake_ltl.systems.monitors.control_monitors import LyapunovMonitor, TorqueMonitor
 from drake_ltl.systems.signals import Phase
@@ -239,3 +241,18 @@ def test_nothing_depends_on_monitors(stage):
         assert context.is_stateless()
         assert context.num_total_states() == 0
         assert context.num_numeric_parameter_groups() == context.num_abstract_parameters() == 0
+
+
+def test_formulas_that_are_too_large_are_named(case_ii, monkeypatch):
+    """They are not watched, and nobody has to guess which."""
+
+    def prefixes(formula):
+        if "->" in formula:
+            raise SearchLimitError("its automaton is not made within 5 s")
+        return made(formula)
+
+    made = monitors.prefixes
+    monkeypatch.setattr(monitors, "prefixes", prefixes)
+    watched, unwatched = monitors._watched(case_ii)
+    assert unwatched == {"o1: GF pi1 & G(pi1 -> F pi4)": "its automaton is not made within 5 s"}
+    assert [item.member for item in watched] == ["a1", "a2", "a3", "o2", ""]
