@@ -87,7 +87,7 @@ def simulate(
             asked for is not for such runs (`live`, `graphviz`, own controllers).
     """
     if scenario.faults:
-        refused = {"live": live, "own_controllers": own_controllers, "graphviz": graphviz}
+        refused = {"live pages": live, "controllers of one's own": own_controllers, "drawings of its diagram": graphviz}
         _refuse([name for name, value in refused.items() if value])
         return _simulate_with_faults(mission, scenario, models, suffix_rounds, page, disturb, report, announce)
     steps = num_steps(mission, suffix_rounds)
@@ -118,8 +118,10 @@ def simulate(
 
 def _refuse(what: list[str]) -> None:
     if what:
-        remedy = "leave it out, or the block `faults:` (--record shows such a run afterwards)"
-        raise InvalidInputError([Mistake("faults", f"a run with faults has no `{name}`", remedy) for name in what])
+        remedy = "leave these out, or the block `faults:` (--record shows such a run afterwards)"
+        raise InvalidInputError(
+            [Mistake("faults", f"a run in which something goes wrong has no {name}", remedy) for name in what]
+        )
 
 
 def _simulate_with_faults(

@@ -92,6 +92,10 @@ def _shapes(recording: Recording) -> Iterator[Mistake]:
 
 def _actions(step: StepRecord, scenario: Scenario) -> Iterator[Mistake]:
     where = f"recording.steps.{step.number}"
+    if step.halted and not scenario.faults:
+        yield Mistake(where, "was halted by a fault", "its scenario has no `faults`")
+    if strangers := set(step.faulty) - {*scenario.agent_names, *scenario.object_names}:
+        yield Mistake(where, f"a fault befell {', '.join(sorted(strangers))}", "use the names of its scenario")
     for action in step.actions:
         if set(action) != {"kind", "agents", "object", "from", "to"} or action["kind"] not in ACTION_KINDS:
             yield Mistake(where, f"{action!r} is no action", f"kinds are {', '.join(ACTION_KINDS)}")

@@ -62,6 +62,19 @@ def test_who_hides_the_fault_is_found_out(recovered):
     assert any("has not come to" in violation.what for violation in verify(silent, scenario).violations)
 
 
+def test_only_scenarios_with_faults_have_steps_that_are_halted(recovered, relay):
+    with pytest.raises(InvalidInputError, match="was halted by a fault; its scenario has no `faults`"):
+        verify(recovered[0].recording, relay[0])
+
+
+def test_a_fault_befalls_members_alone(recovered):
+    run, scenario = recovered
+    first, *rest = run.recording.steps
+    other = dataclasses.replace(run.recording, steps=(dataclasses.replace(first, faulty=("nobody",)), *rest))
+    with pytest.raises(InvalidInputError, match="a fault befell nobody"):
+        verify(other, scenario)
+
+
 def test_who_stands_stays_out_of_the_way(recovered, traveller):
     """Brakes are on: it does not move any more."""
     recording = recovered[0].recording
@@ -82,5 +95,5 @@ def test_without_anybody_else_the_run_ends_with_the_reason(relay, with_fault):
 
 def test_what_is_not_for_such_runs_is_refused(relay, with_fault):
     _, models, planned = relay
-    with pytest.raises(InvalidInputError, match="has no `live`"):
+    with pytest.raises(InvalidInputError, match="has no live pages"):
         mission.simulate(planned, with_fault("{kind: sensors, delay: 0.01}"), models, live=True)
