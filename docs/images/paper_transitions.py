@@ -129,6 +129,13 @@ class Curve:
         return float(time[-1] - time[0])
 
     @property
+    def end(self) -> str:
+        """How it ended."""
+        if self.finished:
+            return "done after"
+        return "in collision after" if self.recording.reason.startswith("in collision") else "not at rest after"
+
+    @property
     def effort(self) -> float:
         """The largest torque asked of a joint, relative to its limit."""
         return float(self.recording.effort[self.rows].max())
@@ -178,7 +185,7 @@ def main() -> None:
         for column, (gains, curve) in enumerate(curves):
             name = title if curve.begun else f"the drive before {title}"
             print(
-                f"{name}, {gains}: {'done after' if curve.finished else 'not at rest after'} {curve.duration:.1f} s, "
+                f"{name}, {gains}: {curve.end} {curve.duration:.1f} s, "
                 f"largest effort {curve.effort:.2f} of the limit, largest rise of V {curve.rise:.1e}; "
                 + ", ".join(f"{name} {d[0]:.1f} -> {d[-1]:.3f} m" for name, d in curve.distances.items())
             )
@@ -195,9 +202,8 @@ def draw(axes, title: str, curve: Curve) -> None:
     time = curve.recording.time[curve.rows]
     for name, distance in curve.distances.items():
         axes.semilogy(time - time[0], np.maximum(distance, 1e-3), color=COLOURS[name], lw=1.3, label=name)
-    said = "done after" if curve.finished else "not at rest after"
     axes.set_title(
-        f"{title}\n{said} {curve.duration:.0f} s, effort {100.0 * curve.effort:.0f} % of its limit", fontsize=9
+        f"{title}\n{curve.end} {curve.duration:.0f} s, effort {100.0 * curve.effort:.0f} % of its limit", fontsize=9
     )
     axes.set(xlabel="time [s]", ylabel="distance to the goal [m]", ylim=(1e-2, 50.0), xlim=(0.0, curve.duration))
     axes.axhline(0.03, color="#888888", lw=0.8, ls=":")
