@@ -47,13 +47,13 @@ def test_a_single_step_ends_where_the_next_begins(page, shuttle_run):
     page.run("document.querySelectorAll('#steps button')[0].click()")
     for _ in range(4):
         page.press("faster")
-    assert page.text("#rate") == "×16"
+    page.wait("return document.getElementById('rate').textContent === '×16'")
     page.press("step")
     page.wait("return !viewer.animator.playing")
     assert page.run("return viewer.animator.time") == pytest.approx(shuttle_run.recording.steps[1].start, abs=1e-3)
     for _ in range(4):
         page.press("slower")
-    assert page.text("#rate") == "×1"
+    page.wait("return document.getElementById('rate').textContent === '×1'")
 
 
 def test_it_plays_and_pauses(page):
