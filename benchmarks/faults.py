@@ -55,6 +55,7 @@ CASES = (
     Case("spare_hand", "{kind: agent_stops, agent: a2, time: 1.0}", "a2 stops on its way to the crate"),
     Case("spare_hand", "{kind: agent_stops, agent: a2, step: 2}", "a2 stops while it carries"),
     Case("spare_hand", "{kind: weld_breaks, agent: a2, step: 2}", "the grasp of a2 breaks, near its region"),
+    Case("spare_hand", "{kind: weld_breaks, agent: a2, time: 10.5}", "the grasp of a2 breaks at full speed"),
     Case("spare_hand", "{kind: torque_limits, agent: a2, step: 2, factor: 0.02}", "a2 carries with 2 % of its torque"),
     Case(
         "spare_hand", "{kind: push, object: crate, time: 3.0, impulse: [0.3, 0.3]}", "the crate is pushed by 0.42 N s"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
-from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.multibody.measure import STANDOFF_GAP, MeasuredModels
 from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
 from drake_ltl.systems.legs import ALL
 from drake_ltl.systems.program import GraspTask, ReleaseTask, Weld
@@ -76,11 +76,17 @@ class SafeMode:
         )
 
     def _back_off(self, state: Progress, index: int, weld: Weld, now: Measurement) -> Progress:
-        """Straight against the gripper's direction, as far as the stand-off is from the grasp."""
-        model, q = self.models.agents[weld.agent], now.q[weld.agent]
-        (option,) = (g for g in self.models.geometry.grasps[weld.agent, weld.object] if g.name == weld.option)
-        way = np.linalg.norm(np.subtract(option.p_OoC_standoff, option.p_OoC_grasp)[:2])
-        ahead = model.grasp_pose(q).rotation().matrix()[:2, 2]
+        """Straight against the gripper's direction, as far as the stand-off is from the grasp; farther if need be, for
+        the object may not be where it was held."""
+        model, geometry, q = self.models.agents[weld.agent], self.models.geometry, now.q[weld.agent]
+        (option,) = (g for g in geometry.grasps[weld.agent, weld.object] if g.name == weld.option)
+        usual = float(np.linalg.norm(np.subtract(option.p_OoC_standoff, option.p_OoC_grasp)[:2]))
+        back = -model.grasp_pose(q).rotation().matrix()[:, 2] * [1.0, 1.0, 0.0]
+        back /= np.linalg.norm(back)
+        p_OoC = model.centre(q) - now.X_WO[weld.object].translation()
+        clear = geometry.agent_radius[weld.agent] + geometry.object_radius[weld.object] + STANDOFF_GAP
+        along = float(p_OoC @ back)
+        beside = float(p_OoC @ p_OoC) - along**2
         goal = q.copy()
-        goal[:NUM_BASE_JOINTS] -= way * ahead / np.linalg.norm(ahead)
+        goal[:NUM_BASE_JOINTS] += max(usual, np.sqrt(max(0.0, clear**2 - beside)) - along) * back[:2]
         return state.with_agent(index, mode=Mode.REACH, reach=pack_reach(now.time, BACKING_TIME, q, goal))

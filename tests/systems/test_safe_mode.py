@@ -1,0 +1,91 @@
+"""What everybody does when a fault has been noticed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
+from drake_ltl.systems.program import GraspTask, ReleaseTask, all_welds
+from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
+from drake_ltl.systems.safe_mode import SafeMode
+from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_ends
+
+
+@pytest.fixture(scope="module")
+def safe_mode(models) -> SafeMode:
+    return SafeMode(models, all_welds(models))
+
+
+@pytest.fixture(scope="module")
+def weld(safe_mode):
+    """(index, weld) of a1 and o1."""
+    return next((i, w) for i, w in enumerate(safe_mode.welds) if (w.agent, w.object) == ("a1", "o1"))
+
+
+@pytest.fixture(scope="module")
+def now(models, weld) -> Measurement:
+    """a1 grasps o1 at the origin, a2 moves, a3 stands."""
+    q = {"a1": models.grasp("a1", "o1", weld[1].option).q, "a2": np.array([10.0, 0, 0.5, 1.0])}
+    q["a3"] = q["a2"] + [10.0, 0.0, 0.0, 0.0]
+    qd = {"a1": np.zeros(4), "a2": np.array([1.0, -0.5, 0.2, 0.0]), "a3": np.zeros(4)}
+    X_WO = {name: RigidTransform([0.0, y, models.objects[name].height]) for name, y in (("o1", 0.0), ("o2", 8.0))}
+    return Measurement(3.0, q, qd, X_WO, dict.fromkeys(X_WO, np.zeros(6)))
+
+
+def progress(now: Measurement, *modes: Mode, grasp: int = NO_GRASP) -> Progress:
+    agents = [AgentSignals(m, q, pack_reach(0.0, 1.0, q, q)) for m, q in zip(modes, now.q.values(), strict=True)]
+    agents[0] = replace(agents[0], grasp=grasp)
+    return Progress(2, Phase.NAVIGATE, 0.0, 5, now.anchor, tuple(agents))
+
+
+def test_movers_brake_without_overshoot(safe_mode, now):
+    halted = safe_mode.halt(progress(now, Mode.HOLD, Mode.TRANSITION, Mode.HOLD), now, {})
+    assert halted.phase is Phase.SAFE
+    assert {told.mode for told in halted.agents} == {Mode.HOLD}
+    np.testing.assert_allclose(halted.agents[1].hold, now.q["a2"] + now.qd["a2"] / TRACKING_FREQUENCY)
+    np.testing.assert_array_equal(halted.agents[2].hold, now.q["a3"])
+
+
+def test_who_approaches_comes_away_and_who_backs_off_goes_on(safe_mode, now, weld, models):
+    state = progress(now, Mode.REACH, Mode.REACH, Mode.HOLD)
+    index, own = weld
+    other = next(w for w in safe_mode.welds if w.agent == "a2")
+    grasp = GraspTask(own, index, now.q["a1"], np.array([1.0, 0.0, 0.0, 0.0]))
+    halted = safe_mode.halt(state, now, {"a1": grasp, "a2": ReleaseTask(other, np.zeros(2))})
+    assert halted.agents[1] == state.agents[1]
+    start, goal = reach_ends(halted.agents[0].reach)
+    np.testing.assert_array_equal(start, now.q["a1"])
+    (option,) = (g for g in models.geometry.grasps["a1", "o1"] if g.name == own.option)
+    away = np.subtract(option.p_OoC_standoff, option.p_OoC_grasp)[:2]
+    np.testing.assert_allclose(goal[:2] - start[:2], away, atol=1e-9)
+
+
+def test_who_lets_go_comes_clear_of_an_object_that_has_slid_towards_it(safe_mode, now, weld, models):
+    towards = models.agents["a1"].centre(now.q["a1"]) * [1.0, 1.0, 0.0]
+    slid = RigidTransform(now.X_WO["o1"].translation() + 0.5 * towards / np.linalg.norm(towards))
+    later = replace(now, X_WO={**now.X_WO, "o1": slid})
+    state = safe_mode.let_go(progress(later, Mode.HOLD, Mode.HOLD, Mode.HOLD, grasp=weld[0]), later, ["a1", "a3"])
+    assert state.revision == 6
+    assert [told.grasp for told in state.agents] == [NO_GRASP] * 3
+    centre = models.agents["a1"].centre(reach_ends(state.agents[0].reach)[1])
+    apart = np.linalg.norm(centre - slid.translation())
+    assert apart > models.geometry.agent_radius["a1"] + models.geometry.object_radius["o1"]
+
+
+def test_it_is_quiet_once_all_hold_and_rest_but_those_out_of_service(safe_mode, now):
+    held = progress(now, Mode.HOLD, Mode.HOLD, Mode.HOLD)
+    assert not safe_mode.is_quiet(held, now, frozenset())
+    assert safe_mode.is_quiet(held, now, frozenset({"a2"}))
+    assert not safe_mode.is_quiet(progress(now, Mode.REACH, Mode.HOLD, Mode.HOLD), now, frozenset({"a2"}))
+    rolling = replace(now, V_WO={**now.V_WO, "o2": np.full(6, 0.1)})
+    assert not safe_mode.is_quiet(held, rolling, frozenset({"a2"}))
+
+
+def test_who_has_come_away_holds(safe_mode, now):
+    state = progress(now, Mode.REACH, Mode.REACH, Mode.HOLD)  # a2 still moves
+    after = safe_mode.advance(state, now)
+    assert [told.mode for told in after.agents] == [Mode.HOLD, Mode.REACH, Mode.HOLD]
