@@ -153,7 +153,7 @@ def _rounds_section(output: Path) -> Iterator[str]:
     yield f"| | first {some} rounds | last {some} rounds |"
     yield "|---|---|---|"
     least = found["least_clearance"]
-    for kind in least["first"]:
+    for kind in (kind for kind in least["first"] if kind != "held"):  # that one is a bound, not a distance
         yield f"| clearance {kind.replace('_', ' to ')}, m | {least['first'][kind]:.4f} | {least['last'][kind]:.4f} |"
     lasts = found["seconds_of_a_round"]
     spans = [" to ".join(f"{number:.2f}" for number in lasts[name]) for name in ("first", "last")]
