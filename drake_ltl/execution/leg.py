@@ -1,0 +1,235 @@
+"""One part of a run, with a diagram of its own: carried out until it is done or halted, then made safe."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Context
+
+from drake_ltl.diagrams.fault_parts import FaultParts
+from drake_ltl.diagrams.mission_diagram import MakeMissionDiagram, MissionDiagram
+from drake_ltl.diagrams.transport_plant import TransportPlant
+from drake_ltl.errors import DrakeLtlError, ExecutionError
+from drake_ltl.execution.grasping import ApplyGrasps
+from drake_ltl.execution.joined import Part
+from drake_ltl.execution.log_reader import read_logs
+from drake_ltl.execution.runner import REPORT_PERIOD, RunProgress
+from drake_ltl.execution.under_way import UnderWay
+from drake_ltl.faults.legs import Bodies, finishing, gathering, releasing, sound
+from drake_ltl.planning.mission import Mission
+from drake_ltl.systems.program import MissionProgram, StepProgram
+from drake_ltl.systems.signals import NO_GRASP, Phase
+
+LOOK = 0.02
+"""How often it is looked whether a fault is due that waits for a step or a grasp, and whether all rest [s]."""
+BRAKING_LIMIT = 10.0
+"""After so long in safe mode those who do not rest are left alone [s]."""
+LOST_LIMIT = 3.0
+"""... and those who are out of service after so long [s]."""
+
+
+class Leg:
+    """One part of a run, with its diagram."""
+
+    def __init__(self, going: UnderWay, diagram: MissionDiagram, context: Context, num_steps: int, is_mission: bool):
+        self.going, self.diagram, self.num_steps, self.is_mission = going, diagram, num_steps, is_mission
+        self.halted = ""
+        self._first_step = going.first_step
+        self._simulator = Simulator(diagram.diagram, context)
+        self._context = self._simulator.get_mutable_context()
+        self._own = diagram.supervisor.GetMyMutableContextFromRoot(self._context)
+        self._step: StepProgram | None = None
+
+    @staticmethod
+    def of_mission(going: UnderWay, mission: Mission, before: Leg | None) -> Leg:
+        """The steps of a plan; `before` is the part that it follows."""
+        steps = len(mission.plan.prefix) + going.suffix_rounds * len(mission.plan.suffix)
+        faults = FaultParts(going.first_step, going.ignored)
+        diagram = MakeMissionDiagram(
+            mission, going.scenario, going.models, num_steps=steps, monitors=False, faults=faults
+        )
+        context = diagram.CreateStartContext() if before is None else _going_on(diagram, before)
+        return Leg(going, diagram, context, steps, True)
+
+    @staticmethod
+    def of_program(going: UnderWay, step: StepProgram, before: Leg) -> Leg:
+        """One step of its own."""
+        old = before.diagram.program
+        program = MissionProgram(old.mission, (step,), 0, old.welds)
+        diagram = MakeMissionDiagram(
+            old.mission,
+            going.scenario,
+            going.models,
+            num_steps=1,
+            program=program,
+            holds=before.holds(),
+            monitors=False,
+            faults=FaultParts(going.first_step, going.ignored),
+        )
+        return Leg(going, diagram, _going_on(diagram, before), 1, False)
+
+    @property
+    def context(self) -> Context:
+        return self._context
+
+    @property
+    def bodies(self) -> Bodies:
+        """Where everything is."""
+        measured = self.diagram.supervisor.measured(self._own)
+        return Bodies(self.going.scenario, self.going.models, measured)
+
+    def holds(self) -> dict[str, int]:
+        """agent -> the weld by which it holds something."""
+        agents = zip(self.going.models.agents, self.diagram.supervisor.GetProgress(self._own).agents, strict=True)
+        return {name: told.grasp for name, told in agents if told.grasp != NO_GRASP}
+
+    def run(self) -> str:
+        """Until it is done or halted, and then through safe mode. Returns why it cannot end."""
+        reason = ""
+        try:
+            self._initialize()
+            reason = self._advance()
+            if self.halted:
+                self._make_safe()
+        except KeyboardInterrupt:
+            self._record("interrupted")
+            raise
+        except (DrakeLtlError, RuntimeError) as error:  # Drake's own checks raise RuntimeError
+            reason = " ".join(str(error).split())
+        self._record(reason)
+        return reason
+
+    def _record(self, reason: str) -> None:
+        recording = read_logs(self.diagram, self._context, self.num_steps, reason or self.halted)
+        faulty = self.going.seen[-1].who if self.halted else ()
+        self.going.parts.append(Part(recording, self.halted, faulty, self.is_mission))
+
+    def _initialize(self) -> None:
+        step = self._first_step
+        self.going.injector.Inject(self.diagram, self._context, step)
+        self._notice(self._simulator.Initialize())
+
+    def _advance(self) -> str:
+        """Until done, halted, or too long in a step."""
+        supervisor, going = self.diagram.supervisor, self.going
+        limit, next_report = going.scenario.simulation.step_time_limit, -np.inf
+        while not self.halted:
+            self._apply_grasps()
+            progress, now = supervisor.GetProgress(self._own), self._context.get_time()
+            if progress.phase is Phase.DONE:
+                return ""
+            going.injector.Inject(self.diagram, self._context, self._first_step + progress.count)
+            if now >= next_report:
+                next_report = now + REPORT_PERIOD
+                waiting = tuple(supervisor.waiting_for(self._own))
+                if going.report is not None:
+                    steps = self._first_step + self.num_steps
+                    going.report(RunProgress(now, self._first_step + progress.count, steps, waiting))
+                if now - progress.step_start > limit:
+                    number = self._first_step + progress.count + 1
+                    return f"step {number} did not finish within {limit:g} s: {'; '.join(waiting)}"
+            soon = min(now + REPORT_PERIOD, going.injector.next_time(now, LOOK))
+            self._notice(self._simulator.AdvanceTo(self._boundary(soon)))
+        return ""
+
+    def _apply_grasps(self) -> None:
+        if self.diagram.supervisor.grasps_pending(self._own):
+            ApplyGrasps(self.diagram, self._context, self.going.injector.broken)
+
+    def _boundary(self, when: float) -> float:
+        """A time of a plant's step, to the last bit, later than now."""
+        time_step = self.diagram.transport_plant.plant.time_step()
+        now = round(self._context.get_time() / time_step)
+        return max(now + 1, round(when / time_step)) * time_step
+
+    def _notice(self, status: SimulatorStatus) -> None:
+        """What a monitor has seen halts the mission."""
+        if status.reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime:
+            return
+        if status.system() is self.diagram.supervisor:
+            return
+        new = [
+            seen
+            for monitor in self.diagram.fault_monitors
+            for seen in monitor.violations(monitor.GetMyContextFromRoot(self._context))
+            if seen not in self.going.seen
+        ]
+        if not new:
+            raise ExecutionError(status.FormatMessage())
+        known = self.going.ignored
+        for seen in [seen for seen in new if seen.who[0] not in known]:
+            self.going.seen.append(seen)
+            self.going.losses = self.going.losses.after(seen)
+            self.halted = f"{self.halted}; {seen}" if self.halted else str(seen)
+
+    # Safe mode.
+
+    def _make_safe(self) -> None:
+        supervisor = self.diagram.supervisor
+        self._apply_grasps()
+        self._step = supervisor.step_program(self._own)
+        self.going.ways |= {agent: (a.start, a.goal) for a in self._step.actions for agent in a.agents}
+        supervisor.Halt(self._own)
+        self._restart_monitors()
+        self._wait()
+        losses, holds = self.going.losses, self.holds()
+        carrying = {name for task in self._step.transports if sound(task, losses) for name in task.team}
+        if holds.keys() - carrying:
+            supervisor.LetGo(self._own, holds.keys() - carrying)
+            self._apply_grasps()
+            self._restart_monitors()
+            self._wait()
+
+    def _restart_monitors(self) -> None:
+        for monitor in self.diagram.fault_monitors:
+            monitor.Restart(monitor.GetMyMutableContextFromRoot(self._context))
+
+    def _wait(self) -> None:
+        """Until all rest; for those out of service not so long. What is noticed meanwhile is counted in."""
+        begin, supervisor = self._context.get_time(), self.diagram.supervisor
+        while (now := self._context.get_time()) < begin + BRAKING_LIMIT:
+            self._notice(self._simulator.AdvanceTo(self._boundary(now + LOOK)))
+            lost = self.going.losses.agents if now > begin + LOST_LIMIT else frozenset()
+            if supervisor.is_quiet(self._own, lost):
+                return
+
+    # What comes next.
+
+    def next_program(self) -> StepProgram:
+        """What is to be done before the mission is planned again; without actions if that can be done."""
+        going, bodies = self.going, self.bodies
+        if self._step is not None:
+            program = finishing(self._step, going.losses, bodies)
+            if program.actions:
+                return program
+        if holds := self.holds():
+            return releasing([self.diagram.program.welds[index] for index in holds.values()], bodies)
+        outside = {
+            name: ends
+            for name, ends in going.ways.items()
+            if name not in going.losses.agents and bodies.region(name) is None
+        }
+        return gathering(outside, bodies)
+
+
+def _going_on(diagram: MissionDiagram, before: Leg) -> Context:
+    """A context in which the part before goes on: the same state, welds, brakes, masses and drives."""
+    context = diagram.CreateStartContext()
+    time_step = diagram.transport_plant.plant.time_step()
+    context.SetTime(round(before.context.get_time() / time_step) * time_step)
+    for system in (lambda d: d.transport_plant.plant, lambda d: d.drives):
+        old = system(before.diagram).GetMyContextFromRoot(before.context)
+        new = system(diagram).GetMyMutableContextFromRoot(context)
+        for index in range(old.num_numeric_parameter_groups()):
+            new.get_mutable_numeric_parameter(index).SetFromVector(old.get_numeric_parameter(index).value())
+    _same_state(before.diagram.transport_plant, before.context, diagram.transport_plant, context)
+    return context
+
+
+def _same_state(old: TransportPlant, old_root: Context, new: TransportPlant, new_root: Context) -> None:
+    """Positions, velocities and active welds."""
+    old_context, new_context = old.plant.GetMyContextFromRoot(old_root), new.plant.GetMyMutableContextFromRoot(new_root)
+    new.plant.SetPositionsAndVelocities(new_context, old.plant.GetPositionsAndVelocities(old_context))
+    for old_id, new_id in zip(old.weld_ids, new.weld_ids, strict=True):
+        is_active = old.plant.GetConstraintActiveStatus(old_context, old_id)
+        new.plant.SetConstraintActiveStatus(new_context, new_id, is_active)

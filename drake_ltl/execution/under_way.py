@@ -1,0 +1,56 @@
+"""What all parts of a run have in common while things go wrong in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from drake_ltl.execution.joined import Part
+from drake_ltl.execution.runner import RunProgress
+from drake_ltl.faults.injection import Injector
+from drake_ltl.faults.losses import Losses
+from drake_ltl.monitoring.violation import Violation
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.planning.fits import Fits
+from drake_ltl.scenario.model import Scenario
+
+
+@dataclass(frozen=True)
+class Noticed:
+    """One fault that was noticed."""
+
+    seen: Violation
+    lost: str
+    """What is lost by then."""
+    went_on: str
+    """How the run went on."""
+
+    def __str__(self) -> str:
+        return f"{self.seen}; {self.lost}; {self.went_on}"
+
+
+@dataclass
+class UnderWay:
+    """A run under way."""
+
+    scenario: Scenario
+    models: MeasuredModels
+    fits: Fits
+    suffix_rounds: int
+    report: Callable[[RunProgress], None] | None
+    injector: Injector
+    losses: Losses = field(default_factory=Losses)
+    seen: list[Violation] = field(default_factory=list)
+    noticed: list[Noticed] = field(default_factory=list)
+    parts: list[Part] = field(default_factory=list)
+    ways: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """agent -> the regions between which it was when it was halted last."""
+
+    @property
+    def first_step(self) -> int:
+        """Number of the run's step with which the next part begins."""
+        return sum(part.num_steps for part in self.parts)
+
+    @property
+    def ignored(self) -> frozenset[str]:
+        return self.losses.agents | self.losses.grippers | self.losses.objects
