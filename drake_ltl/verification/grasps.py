@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -60,9 +60,10 @@ class WeldErrors:
     """(T, N) [rad]"""
 
 
-def weld_errors(recording: Recording, mechanics: Mechanics) -> WeldErrors:
+def weld_errors(recording: Recording, mechanics: Mechanics, spans: Sequence[Span]) -> WeldErrors:
     """Worked out from joints and poses. A grasp frame is any turn of the object's ring frame about its axis; which
-    one is held shows when the weld begins."""
+    one is held shows when the weld begins. Where a fault befell an agent its grasp may have come open: nothing is said
+    of it."""
     gap, angle = np.zeros(recording.grasp.shape), np.zeros(recording.grasp.shape)
     for column, agent in enumerate(recording.agents):
         held = recording.grasp[:, column]
@@ -73,6 +74,9 @@ def weld_errors(recording: Recording, mechanics: Mechanics) -> WeldErrors:
             X_OR = _nearest_on_ring(mechanics.ring[obj], X_OE[0])
             gap[rows, column] = np.linalg.norm(X_OE[:, :3, 3] - X_OR[:3, 3], axis=1)
             angle[rows, column] = poses.angle(X_OR[:3, :3].T @ X_OE[:, :3, :3])
+    for span in (span for span in spans if span.halted):
+        befallen = [recording.agents.index(name) for name in span.faulty if name in recording.agents]
+        gap[span.own, befallen] = angle[span.own, befallen] = 0.0
     return WeldErrors(gap, angle)
 
 
@@ -99,8 +103,6 @@ def weld_violations(
         (errors.angle, max(HELD_ANGLE, tolerances.weld_angle), "rad", "degrees", 180.0 / np.pi),
     )
     for column, agent in enumerate(recording.agents):
-        if span.halted and agent in span.faulty:  # that its grasp came open may have been the fault
-            continue
         for error, limit, unit, shown_in, scale in limits:
             what = f"the weld of {agent} is off by more than {scale * limit:.3g} {shown_in}"
             violation = Violation("weld", (agent,), what, step=span.number, unit=unit)

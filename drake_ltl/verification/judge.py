@@ -83,8 +83,8 @@ def verify(
         mechanics = dataclasses.replace(mechanics, lyapunov=recording.lyapunov)
     run = _run(recording, scenario)
     clearances = [c for span, roles in run.pairs for c in step_clearances(recording, scenario, span, roles)]
-    welds = weld_errors(recording, mechanics)
-    rises = lyapunov_rises(recording, mechanics.lyapunov)
+    welds = weld_errors(recording, mechanics, run.spans)
+    rises = lyapunov_rises(recording, mechanics.lyapunov, run.spans)
     nearest = inside_teams(recording, mechanics, run.spans, run.roles)
     turned = heading_errors(recording, scenario, run.spans, run.roles)
     states = readings(recording, scenario, run.spans)

@@ -25,17 +25,23 @@ LEAST_V = 1e-3
 """... or to this, where both are smaller [J]."""
 
 
-def lyapunov_rises(recording: Recording, V: np.ndarray) -> np.ndarray:
+def lyapunov_rises(recording: Recording, V: np.ndarray, spans: Sequence[Span]) -> np.ndarray:
     """(T,) how far V (T,) is above its lowest value so far, relative to V at the begin of its (step, phase).
 
     V is one function within each (step, phase), in which the movers and their goals stay the same. A slow rise
-    over many samples counts in full; from V = 0 any rise is infinite.
+    over many samples counts in full; from V = 0 any rise is infinite. From shortly before a fault halts a step nothing
+    is said of it: 0.
     """
     rises = np.zeros(len(recording.time))
     for interval in _intervals(recording):
         here = V[interval]
         above = here - np.minimum.accumulate(here)
         rises[interval] = above / here[0] if here[0] > 0.0 else np.where(above > 0.0, np.inf, 0.0)
+    for span in spans:
+        if span.halted:
+            time = recording.time[span.own]
+            late = time >= _end_of_motion(V[span.own], time) - UNNOTICED
+            rises[span.own] = np.where(late, 0.0, rises[span.own])
     return rises
 
 
@@ -57,8 +63,7 @@ def lyapunov_violations(
     for span, step in zip(spans, roles, strict=True):
         time = recording.time[span.own]
         violation = Violation("lyapunov", (), "V rises, relative to its start", step=span.number)
-        judged = time < _end_of_motion(V[span.own], time) - UNNOTICED if span.halted else np.ones(len(time), dtype=bool)
-        yield from where_bad(violation, judged & (rises[span.own] > RISE), rises[span.own], time)
+        yield from where_bad(violation, rises[span.own] > RISE, rises[span.own], time)
         touching = V[span.own] >= TOUCHING
         violation = Violation("lyapunov", (), "V has no value: a goal or a mover touches something", step=span.number)
         yield from where_bad(violation, touching, touching.astype(float), time)

@@ -66,4 +66,4 @@ def test_both_hands_form_the_same_V_and_it_falls(settings, force):
     assert moving.sum() > 500
     np.testing.assert_allclose(V, recording.lyapunov, rtol=AGREEMENT)
     assert V[moving][-1] < 0.9999 * V[moving][0]
-    assert lyapunov_rises(recording, V).max() < 1e-9
+    assert lyapunov_rises(recording, V, ()).max() < 1e-9
