@@ -103,6 +103,8 @@ def _parsed(value: Any) -> tuple[str, list[str]]:
         raise UnfitValueError(f"{shown(formula)} has characters that no formula has", _LOGIC)
     if len(formula) > MAX_LENGTH:
         raise UnfitValueError(f"a formula of {len(formula)} characters", f"write at most {MAX_LENGTH}")
+    if "[]" in formula:
+        raise UnfitValueError(f"{shown(formula)} has the operator []", "write G for [] and F for <>")
     if "[" in formula:
         raise UnfitValueError(f"{shown(formula)} has a bounded operator", "write it out: F[1:2] p is X(p | X p)")
     spot = require_spot()

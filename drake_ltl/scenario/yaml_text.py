@@ -24,7 +24,13 @@ HUGE = 10**sys.int_info.default_max_str_digits
 """What stands for whole numbers of more digits."""
 
 _KEPT_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float")}
-_QUOTE_FORMULAS = "write plain values, and formulas in double quotes"
+_REMEDIES = {
+    "'\\t'": "indent with spaces, not with tabs",
+    "stands twice": "write each key of a map once",
+    "expected <block end>": "indent all keys of a map alike, and close quotes and brackets in the lines before",
+    "": "write plain values, and formulas in double quotes",
+}
+"""Part of what is wrong -> what would be right; the first that fits."""
 
 
 class _PlainLoader(yaml.SafeLoader):
@@ -109,7 +115,8 @@ def parse(text: str, source_name: str) -> Any:
         mark = error.problem_mark or error.context_mark
         place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         problem = " ".join(f"{error.context or ''} {error.problem or ''}".split())
-        raise _refusal(source_name, f"{problem}{place}", _QUOTE_FORMULAS) from error
+        remedy = next(remedy for part, remedy in _REMEDIES.items() if part in problem)
+        raise _refusal(source_name, f"{problem}{place}", remedy) from error
     except yaml.YAMLError as error:
         raise _refusal(source_name, " ".join(str(error).split())) from error
     except RecursionError as error:
