@@ -1,9 +1,9 @@
 """What `import drake_ltl` offers: load, plan, simulate and verify, each usable without the others.
 
     scenario = drake_ltl.load("errand.yaml")
-    plan = drake_ltl.plan(scenario)                  # or one of your own: drake_ltl.own_plan
-    run = drake_ltl.simulate(scenario, plan)         # own_controllers puts your LeafSystems into it
-    verdict = drake_ltl.verify(run)                  # or of any recording
+    plan = drake_ltl.plan(scenario)             # or one of your own: drake_ltl.own_plan
+    run = drake_ltl.simulate(scenario, plan)    # own_controllers: LeafSystems of yours
+    verdict = drake_ltl.verify(run)             # or of any recording
 
 Planning loads Drake only if the file leaves out numbers that are then measured from the models.
 """
