@@ -199,7 +199,8 @@ def one_of(*choices: str) -> Callable[[Any], str]:
 
 def _number_between(value: Any, smallest: float, largest: float, kind: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UnfitValueError(f"{shown(value)} is not a number", f"write {kind}")
+        plainly = ", without quotes or a unit" if isinstance(value, str) else ""
+        raise UnfitValueError(f"{shown(value)} is not a number", f"write {kind}{plainly}")
     remedy = f"write {kind} ({smallest:g} to {largest:g})"
     if not value >= smallest:  # refuses nan as well
         raise UnfitValueError(f"{shown(value)} is not {kind}", remedy)

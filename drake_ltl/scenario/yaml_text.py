@@ -27,6 +27,10 @@ _KEPT_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "f
 _REMEDIES = {
     "'\\t'": "indent with spaces, not with tabs",
     "stands twice": "write each key of a map once",
+    "mapping values are not allowed": "write a colon after every key, in the line before too; quote texts with colons",
+    "expected ':'": "write a colon after every key",
+    "expected ',' or": "close every bracket, and write commas between entries",
+    "end of stream": "close every quote",
     "expected <block end>": "indent all keys of a map alike, and close quotes and brackets in the lines before",
     "": "write plain values, and formulas in double quotes",
 }
