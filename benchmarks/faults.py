@@ -35,6 +35,21 @@ agents:
 objects: {}
 spec: "F(a1.right | a2.right) & F(a1.top | a2.top)"
 """
+ERRAND = """\
+# A robot has to be in one of two regions again and again.
+name: errand
+workspace: {radius: 12.0}
+regions:
+  home: {centre: [-5.0, 0.0, 0.0], radius: 2.6}
+  yard: {centre: [2.0, 2.0, 0.0], radius: 2.6}
+  shed: {centre: [2.0, -5.0, 0.0], radius: 2.6}
+agents:
+  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-5.0, 0.0], radius: 1.25}
+objects: {}
+spec: "GF(a1.yard | a1.shed)"
+"""
+OWN = {"relay": RELAY, "errand": ERRAND}
+"""Scenarios that are no examples."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +83,14 @@ CASES = (
         "{kind: sensors, position_noise: 0.0002, velocity_noise: 0.002, delay: 0.01}",
         "noise of 0.2 mm and 2 mm/s, 10 ms late",
     ),
+    Case("errand", "{kind: blocked_region, region: yard, time: 2.0}", "the yard is blocked, a1 is on its way there"),
+    Case("errand", "{kind: blocked_region, region: yard, time: 2.85}", "the yard is blocked, a1 is about to enter"),
+    Case("errand", "{kind: blocked_region, region: shed, time: 2.0}", "the shed is blocked; nobody needs it"),
+    Case(
+        "spare_hand",
+        "{kind: blocked_region, region: yard, time: 10.5}",
+        "the yard is blocked while the crate is carried there",
+    ),
     Case("case_ii", "{kind: agent_stops, agent: a3, time: 20.0}", "a3 stops on its way; nobody else can help"),
     Case("case_ii", "{kind: weld_breaks, agent: a2, step: 3}", "the grasp of a2 breaks while it carries"),
 )
@@ -75,7 +98,7 @@ CASES = (
 
 def text_of(case: Case) -> str:
     """The scenario with this fault alone."""
-    text = RELAY if case.scenario == "relay" else (ROOT / "examples" / f"{case.scenario}.yaml").read_text("utf-8")
+    text = OWN.get(case.scenario) or (ROOT / "examples" / f"{case.scenario}.yaml").read_text("utf-8")
     return f"{re.split(r'^faults:', text, flags=re.MULTILINE)[0]}\nfaults:\n  - {case.fault}\n"
 
 

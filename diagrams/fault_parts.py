@@ -1,4 +1,4 @@
-"""What a mission's diagram has in addition where faults are looked for: drives, sensors and monitors of faults."""
+"""What a mission's diagram has in addition where faults are looked for: drives, sensors, doors, monitors."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.drives import Drives
 from drake_ltl.systems.fault_monitors import (
+    DoorMonitor,
     DriveMonitor,
     FaultMonitor,
     GripMonitor,
@@ -32,6 +34,8 @@ class FaultParts:
     """Number of the run's step with which it begins."""
     ignored: frozenset[str] = frozenset()
     """Members of whose faults is known."""
+    blocked: frozenset[str] = frozenset()
+    """Regions of which it is known that they are blocked."""
 
 
 Ports = Mapping[str | None, OutputPort]
@@ -69,15 +73,18 @@ def AddFaultMonitors(
     state: OutputPort,
     torque: OutputPort,
     drives: Drives,
+    doors: Doors,
 ) -> tuple[FaultMonitor, ...]:
     """One for each kind of symptom, all of what is measured."""
     places = StatePlaces.of(parts.plant, parts.agents, parts.objects)
     common = {"first_step": faults.first_step, "ignored": faults.ignored}
     drive = DriveMonitor(places, scenario, models, **common)
     motion = MotionMonitor(places, scenario, models, **common)
+    door = DoorMonitor(places, scenario, first_step=faults.first_step, ignored=faults.blocked)
     monitors = (
         drive,
         motion,
+        door,
         GripMonitor(places, scenario, models, parts.welds, **common),
         ObjectMonitor(places, scenario, parts.welds, **common),
         LoadMonitor(places, scenario, models, **common),
@@ -89,4 +96,5 @@ def AddFaultMonitors(
     for monitor in (drive, motion):
         builder.Connect(torque, monitor.get_torque_input_port())
     builder.Connect(drives.get_delivered_output_port(), drive.get_delivered_input_port())
+    builder.Connect(doors.get_closed_output_port(), door.get_closed_input_port())
     return monitors

@@ -19,6 +19,7 @@ from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.mission import Layout, Mission
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.drives import Drives
 from drake_ltl.systems.fault_monitors import FaultMonitor
 from drake_ltl.systems.mission_controller import MissionController
@@ -49,6 +50,8 @@ class MissionDiagram:
     """By name; none if the diagram was made without."""
     drives: Drives | None = None
     """Where faults are looked for."""
+    doors: Doors | None = None
+    """Likewise."""
     fault_monitors: tuple[FaultMonitor, ...] = ()
 
     def CreateStartContext(self) -> Context:
@@ -121,12 +124,12 @@ def MakeMissionDiagram(
         torque = controls = AddSeparateControllers(*parts, own_controllers)
     else:
         torque, controls = _add_controller(*parts, seen[None])
-    driving, drives, fault_monitors = torque, None, ()
+    driving, drives, doors, fault_monitors = torque, None, None, ()
     if faults is not None:
-        drives = AddDrives(builder, models, torque)
+        drives, doors = AddDrives(builder, models, torque), builder.AddSystem(Doors(scenario.region_names))
         driving = drives.get_delivered_output_port()
         fault_monitors = AddFaultMonitors(
-            builder, faults, scenario, models, transport_plant, supervisor, seen[None], torque, drives
+            builder, faults, scenario, models, transport_plant, supervisor, seen[None], torque, drives, doors
         )
     _drive(builder, transport_plant, driving)
     if meshcat is not None:
@@ -160,7 +163,18 @@ def MakeMissionDiagram(
     diagram = builder.Build()
     diagram.set_name(scenario.name)
     return MissionDiagram(
-        diagram, transport_plant, support, supervisor, logs, program, scenario, models, watching, drives, fault_monitors
+        diagram,
+        transport_plant,
+        support,
+        supervisor,
+        logs,
+        program,
+        scenario,
+        models,
+        watching,
+        drives,
+        doors,
+        fault_monitors,
     )
 
 

@@ -16,6 +16,7 @@ from drake_ltl.execution.log_reader import read_logs
 from drake_ltl.execution.runner import REPORT_PERIOD, RunProgress
 from drake_ltl.execution.under_way import UnderWay
 from drake_ltl.faults.legs import Bodies, finishing, gathering, releasing, sound
+from drake_ltl.faults.losses import DOOR
 from drake_ltl.planning.mission import Mission
 from drake_ltl.systems.program import MissionProgram, StepProgram
 from drake_ltl.systems.signals import NO_GRASP, Phase
@@ -34,7 +35,7 @@ class Leg:
     def __init__(self, going: UnderWay, diagram: MissionDiagram, context: Context, num_steps: int, is_mission: bool):
         self.going, self.diagram, self.num_steps, self.is_mission = going, diagram, num_steps, is_mission
         self.halted = ""
-        self._first_step = going.first_step
+        self._first_step, self._known = going.first_step, len(going.seen)
         self._simulator = Simulator(diagram.diagram, context)
         self._context = self._simulator.get_mutable_context()
         self._own = diagram.supervisor.GetMyMutableContextFromRoot(self._context)
@@ -44,7 +45,7 @@ class Leg:
     def of_mission(going: UnderWay, mission: Mission, before: Leg | None) -> Leg:
         """The steps of a plan; `before` is the part that it follows."""
         steps = len(mission.plan.prefix) + going.suffix_rounds * len(mission.plan.suffix)
-        faults = FaultParts(going.first_step, going.ignored)
+        faults = FaultParts(going.first_step, going.ignored, going.losses.regions)
         diagram = MakeMissionDiagram(
             mission, going.scenario, going.models, num_steps=steps, monitors=False, faults=faults
         )
@@ -64,7 +65,7 @@ class Leg:
             program=program,
             holds=before.holds(),
             monitors=False,
-            faults=FaultParts(going.first_step, going.ignored),
+            faults=FaultParts(going.first_step, going.ignored, going.losses.regions),
         )
         return Leg(going, diagram, _going_on(diagram, before), 1, False)
 
@@ -101,7 +102,8 @@ class Leg:
 
     def _record(self, reason: str) -> None:
         recording = read_logs(self.diagram, self._context, self.num_steps, reason or self.halted)
-        faulty = self.going.seen[-1].who if self.halted else ()
+        befallen = [seen.who for seen in self.going.seen[self._known :] if seen.monitor != DOOR]
+        faulty = befallen[-1] if befallen else ()
         self.going.parts.append(Part(recording, self.halted, faulty, self.is_mission))
 
     def _initialize(self) -> None:
@@ -156,8 +158,7 @@ class Leg:
         ]
         if not new:
             raise ExecutionError(status.FormatMessage())
-        known = self.going.ignored
-        for seen in [seen for seen in new if seen.who[0] not in known]:
+        for seen in [seen for seen in new if not self.going.knows(seen)]:
             self.going.seen.append(seen)
             self.going.losses = self.going.losses.after(seen)
             self.halted = f"{self.halted}; {seen}" if self.halted else str(seen)
@@ -187,7 +188,9 @@ class Leg:
     def _wait(self) -> None:
         """Until all rest; for those out of service not so long. What is noticed meanwhile is counted in."""
         begin, supervisor = self._context.get_time(), self.diagram.supervisor
+        step = self._first_step + supervisor.GetProgress(self._own).count
         while (now := self._context.get_time()) < begin + BRAKING_LIMIT:
+            self.going.injector.Inject(self.diagram, self._context, step)
             self._notice(self._simulator.AdvanceTo(self._boundary(now + LOOK)))
             lost = self.going.losses.agents if now > begin + LOST_LIMIT else frozenset()
             if supervisor.is_quiet(self._own, lost):
@@ -199,7 +202,7 @@ class Leg:
         """What is to be done before the mission is planned again; without actions if that can be done."""
         going, bodies = self.going, self.bodies
         if self._step is not None:
-            program = finishing(self._step, going.losses, bodies)
+            program = finishing(self._step, going.losses, bodies, self._began())
             if program.actions:
                 return program
         if holds := self.holds():
@@ -209,15 +212,21 @@ class Leg:
             for name, ends in going.ways.items()
             if name not in going.losses.agents and bodies.region(name) is None
         }
-        return gathering(outside, bodies)
+        return gathering(outside, going.losses, bodies)
+
+    def _began(self) -> dict[str, np.ndarray]:
+        """Where objects were when the step began that was carried out last (3,) [m]."""
+        recording = self.going.parts[-1].recording
+        first = int(np.searchsorted(recording.step, recording.step[-1]))
+        return {name: pose[first, 4:] for name, pose in recording.pose.items()}
 
 
 def _going_on(diagram: MissionDiagram, before: Leg) -> Context:
-    """A context in which the part before goes on: the same state, welds, brakes, masses and drives."""
+    """A context in which the part before goes on: the same state, welds, brakes, masses, drives and doors."""
     context = diagram.CreateStartContext()
     time_step = diagram.transport_plant.plant.time_step()
     context.SetTime(round(before.context.get_time() / time_step) * time_step)
-    for system in (lambda d: d.transport_plant.plant, lambda d: d.drives):
+    for system in (lambda d: d.transport_plant.plant, lambda d: d.drives, lambda d: d.doors):
         old = system(before.diagram).GetMyContextFromRoot(before.context)
         new = system(diagram).GetMyMutableContextFromRoot(context)
         for index in range(old.num_numeric_parameter_groups()):

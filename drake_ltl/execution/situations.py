@@ -33,6 +33,7 @@ def situation(bodies: Bodies, losses: Losses) -> Situation:
         },
         stuck=frozenset(losses.agents | losses.objects | turned | outside),
         cannot_grasp=losses.grippers,
+        blocked=losses.regions,
     )
 
 

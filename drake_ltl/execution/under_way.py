@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from drake_ltl.execution.joined import Part
 from drake_ltl.execution.runner import RunProgress
 from drake_ltl.faults.injection import Injector
-from drake_ltl.faults.losses import Losses
+from drake_ltl.faults.losses import DOOR, Losses
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.fits import Fits
@@ -51,6 +51,11 @@ class UnderWay:
         """Number of the run's step with which the next part begins."""
         return sum(part.num_steps for part in self.parts)
 
+    def knows(self, seen: Violation) -> bool:
+        """Whether this is nothing new."""
+        return seen.who[0] in (self.losses.regions if seen.monitor == DOOR else self.ignored)
+
     @property
     def ignored(self) -> frozenset[str]:
+        """Members of whose faults is known."""
         return self.losses.agents | self.losses.grippers | self.losses.objects

@@ -47,6 +47,8 @@ class Injector:
             scale_mass(mission, plant_context, fault.who, fault.values["factor"])
         elif fault.kind == "push":
             _push(mission, plant_context, fault.who, fault.values["impulse"])
+        elif fault.kind == "blocked_region":
+            mission.doors.Close(mission.doors.GetMyMutableContextFromRoot(context), fault.who)
         elif fault.kind == "agent_stops" and fault.values["how"] != LIMP:
             for index in parts.plant.GetJointIndices(parts.agents[fault.who]):
                 joint = parts.plant.get_joint(index)

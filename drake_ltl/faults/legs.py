@@ -7,7 +7,7 @@ go of something between two regions.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,10 +66,26 @@ def sound(task: TransportTask, losses: Losses) -> bool:
     return task.object not in losses.objects and not set(task.team) & (losses.agents | losses.grippers)
 
 
-def finishing(step: StepProgram, losses: Losses, bodies: Bodies) -> StepProgram:
-    """Travels, and transports by sound teams, of those who are between two regions, as far as their goals are free."""
-    travels = [t for t in step.travels if t.agent not in losses.agents and bodies.region(t.agent) is None]
-    transports = [t for t in step.transports if sound(t, losses) and None in map(bodies.region, (t.object, *t.team))]
+def finishing(step: StepProgram, losses: Losses, bodies: Bodies, began: Mapping[str, np.ndarray]) -> StepProgram:
+    """Travels, and transports by sound teams, of those who are between two regions, as far as their goals are free.
+
+    Who is on its way to a region that is blocked does not go on: teams bring their object back to where it was, other
+    movers are left to `gathering`.
+
+    Args:
+        began: object -> where it was when the step began (3,) [m].
+    """
+    travels = [
+        t
+        for t in step.travels
+        if t.agent not in losses.agents and bodies.region(t.agent) is None and t.goal not in losses.regions
+    ]
+    transports = [
+        _turned_back(t, began) if t.goal in losses.regions else t
+        for t in step.transports
+        if sound(t, losses) and None in map(bodies.region, (t.object, *t.team))
+    ]
+    transports = [t for t in transports if t.goal not in losses.regions and _is_in_goal(t, bodies)]
     kept = [task for task in (*travels, *transports) if not _is_taken([task], bodies)]
     if _is_taken(kept, bodies):
         kept = []
@@ -77,6 +93,16 @@ def finishing(step: StepProgram, losses: Losses, bodies: Bodies) -> StepProgram:
         tuple(task for task in kept if isinstance(task, TravelTask)),
         tuple(task for task in kept if isinstance(task, TransportTask)),
     )
+
+
+def _turned_back(task: TransportTask, began: Mapping[str, np.ndarray]) -> TransportTask:
+    """Back to where the object was."""
+    return replace(task, start=task.goal, goal=task.start, p_goal=began[task.object])
+
+
+def _is_in_goal(task: TransportTask, bodies: Bodies) -> bool:
+    """Not if it is to go back to where an earlier fault had halted it."""
+    return _inside(bodies.scenario.region(task.goal), task.p_goal, bodies.radius(task.object))
 
 
 def _is_taken(tasks: Sequence[TravelTask | TransportTask], bodies: Bodies) -> bool:
@@ -103,11 +129,13 @@ def releasing(holders: Sequence[Weld], bodies: Bodies) -> StepProgram:
     return StepProgram(tuple(actions), (), (), (), (), tuple(releases))
 
 
-def gathering(outside: Mapping[str, tuple[str, str]], bodies: Bodies) -> StepProgram:
-    """Agents that are in no region go to one of the two between which they were; those find no place stay.
+def gathering(outside: Mapping[str, tuple[str, str]], losses: Losses, bodies: Bodies) -> StepProgram:
+    """Agents that are in no region go to one of the two between which they were, to none that is blocked; those find no
+    place stay.
 
     Args:
         outside: agent -> the regions.
+        losses: say which are blocked.
         bodies: where everything is.
     """
     taken = [
@@ -115,7 +143,7 @@ def gathering(outside: Mapping[str, tuple[str, str]], bodies: Bodies) -> StepPro
     ]
     travels = []
     for agent, ends in outside.items():
-        place = next(_places(agent, ends, taken, bodies), None)
+        place = next(_places(agent, [end for end in ends if end not in losses.regions], taken, bodies), None)
         if place is None:
             taken.append((bodies.centre(agent), bodies.radius(agent)))
             continue
@@ -128,7 +156,7 @@ def gathering(outside: Mapping[str, tuple[str, str]], bodies: Bodies) -> StepPro
 
 
 def _places(
-    agent: str, ends: tuple[str, str], taken: Sequence[tuple[np.ndarray, float]], bodies: Bodies
+    agent: str, ends: Sequence[str], taken: Sequence[tuple[np.ndarray, float]], bodies: Bodies
 ) -> Iterator[tuple[str, np.ndarray]]:
     """Regions with places in them, apart from what is taken, the nearest first."""
     here, radius = bodies.centre(agent), bodies.radius(agent)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drake_ltl.monitoring.violation import Violation
 
-DRIVE, MOTION, GRIP, OBJECT, LOAD = "drive", "motion", "grip", "object", "load"
+DRIVE, MOTION, GRIP, OBJECT, LOAD, DOOR = "drive", "motion", "grip", "object", "load", "door"
 """Names of the monitors of faults."""
 
 
@@ -20,19 +20,24 @@ class Losses:
     """Agents that can drive, but grasp nothing any more."""
     objects: frozenset[str] = frozenset()
     """That nobody can carry any more."""
+    regions: frozenset[str] = frozenset()
+    """That nobody may enter any more; who is there may stay or leave."""
 
     def after(self, seen: Violation) -> Losses:
         """With what the violation takes away. An object that was pushed is somewhere else, and nothing is lost."""
         if seen.monitor in (DRIVE, MOTION):
-            return Losses(self.agents | {seen.who[0]}, self.grippers, self.objects)
+            return replace(self, agents=self.agents | {seen.who[0]})
         if seen.monitor == GRIP:
-            return Losses(self.agents, self.grippers | {seen.who[0]}, self.objects)
+            return replace(self, grippers=self.grippers | {seen.who[0]})
         if seen.monitor == LOAD:
-            return Losses(self.agents, self.grippers, self.objects | {seen.who[0]})
+            return replace(self, objects=self.objects | {seen.who[0]})
+        if seen.monitor == DOOR:
+            return replace(self, regions=self.regions | {seen.who[0]})
         return self
 
     def __str__(self) -> str:
         parts = [f"{name} is out of service" for name in sorted(self.agents)]
         parts += [f"{name} cannot grasp any more" for name in sorted(self.grippers - self.agents)]
         parts += [f"{name} cannot be carried any more" for name in sorted(self.objects)]
+        parts += [f"nobody may enter {name} any more" for name in sorted(self.regions)]
         return "; ".join(parts) or "nothing is lost"

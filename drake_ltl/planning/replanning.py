@@ -40,6 +40,8 @@ class Situation:
     """Agents and objects that can no longer be moved. All that is in no region must be among them."""
     cannot_grasp: frozenset[str] = frozenset()
     """Agents that can drive, but no longer grasp."""
+    blocked: frozenset[str] = frozenset()
+    """Regions that nobody may enter; who is there may stay or leave."""
 
 
 def replan(
@@ -104,7 +106,8 @@ def _state(scenario: Scenario, where: Whereabouts) -> State:
 
 
 def _possible(system: TransitionSystem, situation: Situation) -> NDArray[np.bool_]:
-    """Transitions (E,) in which what is stuck does nothing, and who cannot grasp does not grasp."""
+    """Transitions (E,) in which what is stuck does nothing, who cannot grasp does not grasp, and nobody comes to a
+    region that is blocked."""
     scenario, n_regions = system.scenario, len(system.scenario.regions)
     kept = np.ones(system.n_transitions, dtype=bool)
     for index, name in enumerate(scenario.agent_names):
@@ -117,4 +120,7 @@ def _possible(system: TransitionSystem, situation: Situation) -> NDArray[np.bool
         if name in situation.stuck:
             kept &= system.places[system.sources, index] == system.places[system.targets, index]
             kept &= (system.options[system.targets] != n_regions + index).all(axis=1)
+    where = np.hstack([system.agent_regions, system.places])
+    for region in map(scenario.region_names.index, situation.blocked):
+        kept &= ((where[system.targets] != region) | (where[system.sources] == region)).all(axis=1)
     return kept

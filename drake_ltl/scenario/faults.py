@@ -15,7 +15,7 @@ from drake_ltl.scenario.names import is_name
 from drake_ltl.scenario.table import Table, UnfitValueError, did_you_mean, listing, shown
 
 if TYPE_CHECKING:
-    from drake_ltl.scenario.model import Agent, TransportObject
+    from drake_ltl.scenario.model import Agent, Region, TransportObject
 
 LOCKED, LIMP = "locked", "limp"
 
@@ -27,7 +27,7 @@ class Fault:
     kind: str
     """One of `KINDS`."""
     who: str | None = None
-    """The agent or the object that it befalls; None if it befalls all measurements."""
+    """The agent, the object or the region that it befalls; None if it befalls all measurements."""
     time: float | None = None
     """When [s]; None if at the begin of a step, or from the start."""
     step: int | None = None
@@ -46,7 +46,7 @@ class Kind:
     """What entries of one kind look like."""
 
     member: str | None
-    """`agent`, `object` or None: whom it befalls."""
+    """`agent`, `object`, `region` or None: whom it befalls."""
     entries: Mapping[str, tuple[Callable[[Any], Any], Any]]
     """key -> how it is read, and its default; None if it must be given."""
     timed: bool = True
@@ -83,6 +83,7 @@ KINDS: Mapping[str, Kind] = {
     "torque_limits": Kind("agent", {"factor": (_share, None)}),
     "weld_breaks": Kind("agent", {}),
     "push": Kind("object", {"impulse": (_impulse, None)}),
+    "blocked_region": Kind("region", {}),
     "mass": Kind("object", {"factor": (read.at_most(10.0), None)}, timed=False),
     "sensors": Kind(
         None,
@@ -95,15 +96,17 @@ KINDS: Mapping[str, Kind] = {
     ),
 }
 """Mass and inertia of an object are multiplied with `factor`, as are the torques that an agent's drives can give at
-most; noise is the standard deviation of what is measured [m, rad; m/s, rad/s], the delay how old it is [s]."""
-NOT_CARRIED_OUT = {"blocked_region": "nothing of the simulation can block a region"}
+most; nobody may enter a region that is blocked; noise is the standard deviation of what is measured [m, rad; m/s,
+rad/s], the delay how old it is [s]."""
 
 
-def read_faults(top: Table, agents: Sequence[Agent], objects: Sequence[TransportObject]) -> tuple[Fault, ...]:
-    """All entries of the block; mistakes are noted in the table. Names of members are not looked at if some of them
-    cannot be used."""
+def read_faults(
+    top: Table, agents: Sequence[Agent], objects: Sequence[TransportObject], regions: Sequence[Region]
+) -> tuple[Fault, ...]:
+    """All entries of the block; mistakes are noted in the table. Names of members and regions are not looked at if some
+    of them cannot be used."""
     entries = top.take("faults", _entries, ()) or ()
-    members = {"agent": _usable(agents), "object": _usable(objects)}
+    members = {"agent": _usable(agents), "object": _usable(objects), "region": _usable(regions)}
     faults = [_fault(Table(entry, f"faults[{i}]", top.mistakes), members) for i, entry in enumerate(entries)]
     found = tuple(fault for fault in faults if fault is not None)
     if sum(fault.kind == "sensors" for fault in found) > 1:
@@ -115,7 +118,7 @@ def read_faults(top: Table, agents: Sequence[Agent], objects: Sequence[Transport
     return found
 
 
-def _usable(members: Sequence[Agent | TransportObject]) -> list[str]:
+def _usable(members: Sequence[Agent | TransportObject | Region]) -> list[str]:
     names = [member.name for member in members]
     return names if all(map(is_name, names)) else []
 
@@ -152,8 +155,6 @@ def _fault(entry: Table, members: Mapping[str, Sequence[str]]) -> Fault | None:
 
 
 def _kind(value: Any) -> str:
-    if isinstance(value, str) and value in NOT_CARRIED_OUT:
-        raise UnfitValueError(f"{shown(value)} cannot be simulated: {NOT_CARRIED_OUT[value]}", _known(value))
     if not isinstance(value, str) or value not in KINDS:
         raise UnfitValueError(f"{shown(value)} is no kind of fault", _known(value))
     return value

@@ -120,7 +120,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         simulation=_settings(
             top.table("simulation"), SimulationSettings, {"time_step": read.at_most(LARGEST_TIME_STEP)}
         ),
-        faults=read_faults(top, agents, objects),
+        faults=read_faults(top, agents, objects, regions),
     )
     top.close()
     return scenario

@@ -14,7 +14,7 @@ from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, InputPort
 
-from drake_ltl.faults.losses import DRIVE, GRIP, LOAD, MOTION, OBJECT
+from drake_ltl.faults.losses import DOOR, DRIVE, GRIP, LOAD, MOTION, OBJECT
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.measure import MeasuredModels
@@ -55,6 +55,9 @@ MOVES_TIME = 0.1
 """... for so long [s]: let go, it may rock."""
 LIFTED = 0.05
 """What is carried neither rises nor sinks by more [m]: loads of the weight believed do by less than 3 cm."""
+
+CLOSED_TIME = 0.05
+"""Contacts bounce: a door that is closed for less may not be [s]."""
 
 
 @dataclass
@@ -298,6 +301,29 @@ class LoadMonitor(FaultMonitor):
             if off > LIFTED and name not in self._ignored:
                 what = f"{name} does not stay at the height at which it is carried"
                 yield self._says(context, progress, (name,), what, value=off, limit=LIFTED, unit="m")
+
+
+class DoorMonitor(FaultMonitor):
+    """Regions whose doors are closed. Also takes `closed`.
+
+    `ignored` are regions here.
+    """
+
+    def __init__(self, places: StatePlaces, scenario: Scenario, **rest):
+        super().__init__(DOOR, places, scenario, **rest)
+        self._regions = scenario.region_names
+        self._closed = self.DeclareVectorInputPort("closed", len(self._regions))
+
+    def get_closed_input_port(self) -> InputPort:
+        return self._closed
+
+    def _observe(self, context: Context, memory: Memory) -> Iterable[Violation]:
+        progress, now = self._progress.Eval(context), context.get_time()
+        memory.notes = closed = memory.notes or _Durations()
+        for name, contact in zip(self._regions, self._closed.Eval(context), strict=True):
+            if closed.lasts(name, contact > 0.5, now) >= CLOSED_TIME and name not in self._ignored:
+                what = f"the door of {name} has closed"
+                yield Violation(self.kind, now, self._first_step + progress.count, (name,), what)
 
 
 def _carried(progress: Progress, objects: tuple[str, ...]) -> Iterator[str]:

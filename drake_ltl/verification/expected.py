@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.spans import Span
@@ -32,11 +32,16 @@ def expectations(
     start: Expected, spans: Sequence[Span], found: Callable[[int], Expected] | None = None
 ) -> list[Expected]:
     """Before each span and after the last one (K + 1). After a fault, who acted is `found` at the sample of the end,
-    and who did not is still where it was; runs without faults need no such look."""
+    and who did not is still where it was, and holds what it held at the last sample before: at the end welds already
+    belong to the next step. Runs without faults need no such look."""
     expected = [start]
     for span in spans:
         before = expected[-1]
-        expected.append(_halted(before, found(span.end), span) if span.halted else _after(before, span.actions))
+        if span.halted:
+            ended = replace(found(span.end), grasps=found(span.last).grasps)
+            expected.append(_halted(before, ended, span))
+        else:
+            expected.append(_after(before, span.actions))
     return expected
 
 

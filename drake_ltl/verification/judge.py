@@ -10,6 +10,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import Scenario, loads
+from drake_ltl.verification.blocked import blocked_violations
 from drake_ltl.verification.bodies import body_violations
 from drake_ltl.verification.clearances import (
     KINDS,
@@ -96,6 +97,7 @@ def verify(
     violations += clearance_violations(clearances)
     violations += inside_team_violations(nearest)
     violations += _conduct_violations(recording, scenario, run, mechanics, welds)
+    violations += blocked_violations(recording, scenario, run.spans)
     violations += heading_violations(recording, scenario, run.spans, turned)
     exact = not any(fault.kind == "sensors" for fault in scenario.faults)
     violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises, exact=exact)

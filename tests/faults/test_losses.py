@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drake_ltl.faults.losses import DRIVE, GRIP, LOAD, MOTION, OBJECT, Losses
+from drake_ltl.faults.losses import DOOR, DRIVE, GRIP, LOAD, MOTION, OBJECT, Losses
 from drake_ltl.monitoring.violation import Violation
 
 
@@ -31,6 +31,13 @@ def test_a_push_takes_nothing_away():
     assert str(Losses().after(seen(OBJECT, "o1"))) == "nothing is lost"
 
 
+def test_a_door_that_closes_blocks_its_region():
+    assert Losses().after(seen(DOOR, "yard")) == Losses(regions=frozenset({"yard"}))
+
+
 def test_losses_add_up():
-    losses = Losses().after(seen(GRIP, "a1", "o1")).after(seen(DRIVE, "a1")).after(seen(LOAD, "o2"))
-    assert str(losses) == "a1 is out of service; o2 cannot be carried any more"
+    losses = Losses()
+    for what in (seen(GRIP, "a1", "o1"), seen(DOOR, "yard"), seen(DRIVE, "a1"), seen(LOAD, "o2")):
+        losses = losses.after(what)
+    says = "a1 is out of service; o2 cannot be carried any more; nobody may enter yard any more"
+    assert str(losses) == says

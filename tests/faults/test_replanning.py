@@ -14,12 +14,13 @@ from drake_ltl.scenario.starts import AgentStart, check_starts
 BOTH_LEFT = {"a1": "left", "a2": "left"}
 
 
-def again(relay, spec: str, seen, stuck=frozenset(), **moved: AgentStart):
+def again(relay, spec: str, seen, stuck=frozenset(), blocked=frozenset(), **moved: AgentStart):
     scenario, models, _ = relay
     scenario = dataclasses.replace(scenario, spec=spec)
     agents = dict(check_starts(scenario, models.geometry).agents) | moved
     fits = GeometricFits(scenario, models.geometry)
-    return replan(scenario, models.geometry, fits, Situation(agents, {}, frozenset(stuck)), seen)
+    situation = Situation(agents, {}, frozenset(stuck), blocked=frozenset(blocked))
+    return replan(scenario, models.geometry, fits, situation, seen)
 
 
 def visited(mission, agent: str) -> set[str]:
@@ -52,6 +53,21 @@ def test_who_is_stuck_is_not_asked_to_move(relay):
         assert "right" in visited(mission, other)
     with pytest.raises(InfeasibleError):
         again(relay, spec, [BOTH_LEFT], {"a1", "a2"})
+
+
+def test_nobody_is_sent_to_a_region_that_is_blocked(relay):
+    mission = again(relay, "F(a1.right | a1.top)", [BOTH_LEFT], blocked={"right"})
+    assert "top" in visited(mission, "a1")
+    assert "right" not in visited(mission, "a1") | visited(mission, "a2")
+    with pytest.raises(InfeasibleError):
+        again(relay, "F a1.right", [BOTH_LEFT], blocked={"right"})
+
+
+def test_who_is_in_a_region_that_is_blocked_may_stay_or_leave_but_not_come_back(relay):
+    assert again(relay, "G a1.left", [BOTH_LEFT], blocked={"left"}).plan.cost == 0.0
+    assert "right" in visited(again(relay, "F a1.right", [BOTH_LEFT], blocked={"left"}), "a1")
+    with pytest.raises(InfeasibleError):
+        again(relay, "F(a1.right & F a1.left)", [BOTH_LEFT], blocked={"left"})
 
 
 def test_who_is_stuck_between_regions_stays_there(relay):

@@ -8,7 +8,16 @@ from drake_ltl.diagrams import MakeMissionDiagram
 from pydrake.common.value import Value
 
 from drake_ltl.multibody.crew import CrewModel
-from drake_ltl.systems.fault_monitors import DriveMonitor, GripMonitor, LoadMonitor, MotionMonitor, ObjectMonitor
+from drake_ltl.systems.doors import Doors
+from drake_ltl.systems.fault_monitors import (
+    CLOSED_TIME,
+    DoorMonitor,
+    DriveMonitor,
+    GripMonitor,
+    LoadMonitor,
+    MotionMonitor,
+    ObjectMonitor,
+)
 from drake_ltl.systems.program import all_welds
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
@@ -155,6 +164,32 @@ def test_a_load_that_rises_is_noticed(places, case_ii, models, x):
     x = x.copy()
     x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1]
     assert watched.look(told, state=x) == ["o1 does not stay at the height at which it is carried"]
+
+
+def test_a_door_that_closes_is_noticed_once_its_contact_rests(places, case_ii, x):
+    doors, told = Doors(case_ii.region_names), progress()
+    context = doors.CreateDefaultContext()
+    contact = doors.get_closed_output_port()
+    monitor = DoorMonitor(places, case_ii, **REST)
+    watched = Watched(monitor)
+    bounce = np.eye(len(case_ii.regions))[0]
+    assert watched.look(told, state=x, closed=contact.Eval(context)) == []
+    assert [what for _ in range(5) for what in watched.look(told, state=x, closed=bounce)] == []
+    assert watched.look(told, state=x, closed=contact.Eval(context)) == []
+    closed_at = watched.looks * DT
+    doors.Close(context, "pi2")
+    found = [what for _ in range(40) for what in watched.look(told, state=x, closed=contact.Eval(context))]
+    assert found == ["the door of pi2 has closed"]
+    (seen,) = monitor.violations(watched.context)
+    assert seen.who == ("pi2",)
+    assert seen.time - closed_at == pytest.approx(CLOSED_TIME, abs=1.5 * DT)
+
+
+def test_a_door_that_is_known_to_be_closed_is_not_noticed_again(places, case_ii, x):
+    watched, told = Watched(DoorMonitor(places, case_ii, first_step=0, ignored=frozenset({"pi2"}))), progress()
+    closed = np.ones(len(case_ii.regions))
+    found = [what for _ in range(40) for what in watched.look(told, state=x, closed=closed)]
+    assert sorted(found) == [f"the door of {name} has closed" for name in case_ii.region_names if name != "pi2"]
 
 
 def test_what_is_known_is_not_noticed_again(places, case_ii, models, x):
