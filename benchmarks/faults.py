@@ -48,7 +48,27 @@ agents:
 objects: {}
 spec: "GF(a1.yard | a1.shed)"
 """
-OWN = {"relay": RELAY, "errand": ERRAND}
+HAUL = """\
+# Two robots have to bring a crate to one of two regions.
+name: haul
+workspace: {radius: 20.0}
+regions:
+  store: {centre: [-9.0, 0.0, 0.0], radius: 6.0}
+  yard: {centre: [8.0, 6.5, 0.0], radius: 6.0}
+  dock: {centre: [8.0, -7.5, 0.0], radius: 6.0}
+agents:
+  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-6.0, 2.6], power: 2, radius: 1.25}
+  a2: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-12.0, 2.6], power: 2, radius: 1.25}
+objects:
+  crate:
+    model: package://drake_ltl_models/objects/crate.sdf
+    position: [-9.0, 0.0]
+    power_needed: 4
+    radius: 0.5
+    team_radius: 2.67
+spec: "F (crate.yard | crate.dock)"
+"""
+OWN = {"relay": RELAY, "errand": ERRAND, "haul": HAUL}
 """Scenarios that are no examples."""
 
 
@@ -83,14 +103,13 @@ CASES = (
         "{kind: sensors, position_noise: 0.0002, velocity_noise: 0.002, delay: 0.01}",
         "noise of 0.2 mm and 2 mm/s, 10 ms late",
     ),
-    Case("errand", "{kind: blocked_region, region: yard, time: 2.0}", "the yard is blocked, a1 is on its way there"),
+    Case("errand", "{kind: blocked_region, region: yard, time: 1.7}", "the yard is blocked, a1 is on its way there"),
     Case("errand", "{kind: blocked_region, region: yard, time: 2.85}", "the yard is blocked, a1 is about to enter"),
     Case("errand", "{kind: blocked_region, region: shed, time: 2.0}", "the shed is blocked; nobody needs it"),
     Case(
-        "spare_hand",
-        "{kind: blocked_region, region: yard, time: 10.5}",
-        "the yard is blocked while the crate is carried there",
+        "haul", "{kind: blocked_region, region: yard, time: 14.0}", "the yard is blocked, the crate is on its way there"
     ),
+    Case("spare_hand", "{kind: blocked_region, region: yard, time: 14.0}", "the same; the crate has to come there"),
     Case("case_ii", "{kind: agent_stops, agent: a3, time: 20.0}", "a3 stops on its way; nobody else can help"),
     Case("case_ii", "{kind: weld_breaks, agent: a2, step: 3}", "the grasp of a2 breaks while it carries"),
 )
