@@ -44,6 +44,14 @@ def test_it_is_part_of_the_verdict(recording, scenario_text):
     assert "a2 enters pi3, which is blocked" in [violation.what for violation in verdict.violations]
 
 
+def test_a_team_that_is_halted_within_a_region_may_let_go_in_the_next_step(recording, scenario_text):
+    """Its welds open at the sample at which the halted step ends: it held until then."""
+    text = f"{scenario_text}\nfaults:\n  - {{kind: blocked_region, region: pi4, time: 0.0}}\n"
+    steps = [dataclasses.replace(step, halted="a door" * (step.number == 2)) for step in recording.steps]
+    verdict = verify(dataclasses.replace(recording, scenario=text, steps=tuple(steps)))
+    assert not [violation.what for violation in verdict.violations if violation.kind == "action"]
+
+
 R, RADIUS, DT = 3.0, 0.5, 0.01
 """Of the region at the origin [m], of a1 [m], between samples [s]."""
 
