@@ -9,8 +9,10 @@ import pytest
 from pydrake.math import RigidTransform
 
 from drake_ltl import mission
+from drake_ltl.execution.under_way import UnderWay
 from drake_ltl.faults.legs import Bodies, finishing, gathering
-from drake_ltl.faults.losses import Losses
+from drake_ltl.faults.losses import DOOR, DRIVE, Losses
+from drake_ltl.monitoring.violation import Violation
 from drake_ltl.planning.mission import Stand
 from drake_ltl.scenario import loads
 from drake_ltl.systems.program import mission_program, start_configuration
@@ -35,12 +37,19 @@ faults:
 
 
 @pytest.fixture(scope="module")
-def blocked():
-    """(run, scenario)"""
+def errand():
+    """(scenario, models, mission)"""
     scenario = loads(ERRAND)
     models = mission.measure(scenario)
     planned = mission.plan_and_place(scenario, models)
     assert planned.plan.moves[0][0].goal == "yard"
+    return scenario, models, planned
+
+
+@pytest.fixture(scope="module")
+def blocked(errand):
+    """(run, scenario)"""
+    scenario, models, planned = errand
     return mission.simulate(planned, scenario, models, announce=lambda line: None), scenario
 
 
@@ -64,6 +73,29 @@ def test_who_had_gone_on_would_be_found_out(blocked):
     other = dataclasses.replace(scenario, faults=(dataclasses.replace(fault, who="shed"),))
     kinds = [violation.what for violation in verify(run.recording, other).violations]
     assert kinds == ["a1 enters shed, which is blocked"]
+
+
+def test_what_happens_in_safe_mode_is_noticed_as_soon(errand, blocked):
+    """The door of the region that it should go back to closes just before it rests: the next part of the run begins."""
+    scenario, models, planned = errand
+    (fault,) = scenario.faults
+    first = blocked[0].recording.steps[0]
+    other = dataclasses.replace(fault, who="home", time=first.start + first.duration - 0.03)
+    both = dataclasses.replace(scenario, faults=(fault, other))
+    run = mission.simulate(planned, both, models, announce=lambda line: None)
+    assert [what.who for _, what in run.happened] == ["yard", "home"]
+    assert [noticed.seen.who for noticed in run.noticed] == [("yard",), ("home",)]
+    assert 0.0 < run.noticed[1].seen.time - other.time <= NOTICED_WITHIN
+    assert "nobody may enter home any more; nobody may enter yard any more: a1 cannot be" in run.recording.reason
+
+
+def test_a_region_may_be_called_like_an_agent():
+    going = UnderWay(None, None, None, 1, None, None, losses=Losses(agents=frozenset({"yard"})))
+    assert going.knows(Violation(DRIVE, 1.0, 0, ("yard",), "is weak"))
+    assert not going.knows(Violation(DOOR, 1.0, 0, ("yard",), "has closed"))
+    going.losses = Losses(regions=frozenset({"yard"}))
+    assert going.knows(Violation(DOOR, 1.0, 0, ("yard",), "has closed"))
+    assert not going.knows(Violation(DRIVE, 1.0, 0, ("yard",), "is weak"))
 
 
 def bodies_of(scenario, models, q, p_WO) -> Bodies:
