@@ -75,12 +75,13 @@ def test_who_had_gone_on_would_be_found_out(blocked):
     assert kinds == ["a1 enters shed, which is blocked"]
 
 
-def test_what_happens_in_safe_mode_is_noticed_as_soon(errand, blocked):
-    """The door of the region that it should go back to closes just before it rests: the next part of the run begins."""
+@pytest.mark.parametrize("before", [0.3, 0.03])  # the second is noticed in the next part of the run
+def test_what_happens_in_safe_mode_is_noticed_as_soon(errand, blocked, before):
+    """The door of the region that it should go back to closes just before it rests."""
     scenario, models, planned = errand
     (fault,) = scenario.faults
     first = blocked[0].recording.steps[0]
-    other = dataclasses.replace(fault, who="home", time=first.start + first.duration - 0.03)
+    other = dataclasses.replace(fault, who="home", time=first.start + first.duration - before)
     both = dataclasses.replace(scenario, faults=(fault, other))
     run = mission.simulate(planned, both, models, announce=lambda line: None)
     assert [what.who for _, what in run.happened] == ["yard", "home"]
