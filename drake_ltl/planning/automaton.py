@@ -136,10 +136,12 @@ class Automaton:
         return not np.isin((component * n + second)[first != second], component * n + first).any()
 
     def _pairs_met(self, columns: NDArray) -> NDArray[np.int64] | None:
-        """Pairs a Q + b of states that two runs over the same word can be in: some letter leads to both. None if there
-        are too many states to look at."""
+        """Pairs a Q + b of states that two runs over the same word can be in, for some letter leads to both; all pairs
+        of few states, None of too many."""
         if self.n_states**2 > MOST_PAIRS:
             return None
+        if self.n_states <= FEW_STATES:
+            return np.arange(self.n_states**2)
         met = np.zeros((self.n_states, self.n_states), dtype=bool)
         for column in columns:
             states = np.unique(column[column >= 0])
@@ -180,19 +182,24 @@ def translate(formula: str, effort: str = "low") -> Any:
     return made
 
 
+def conjuncts(formula: str) -> list[str]:
+    """The formulas that a conjunction is made of; the formula itself if it is none."""
+    spot = require_spot()
+    parsed = spot.formula(formula)
+    return [str(part) for part in parsed] if parsed.kind() == spot.op_And else [str(parsed)]
+
+
 def joint(formula: str, effort: str = "low") -> Any:
     """As `translate`, as the product of the automata of the formula's conjuncts.
 
     It is made in a fraction of the time, and where Spot cannot make a whole one; it may have some states that are equal
     (`Automaton.reduced`).
     """
-    spot = require_spot()
-    parsed = spot.formula(formula)
-    conjuncts = list(parsed) if parsed.kind() == spot.op_And else [parsed]
-    made, aborter = translate(str(conjuncts[0]), effort), spot.output_aborter(MOST_STATES, MOST_SYMBOLIC_EDGES)
-    for conjunct in conjuncts[1:]:
+    spot, parts = require_spot(), conjuncts(formula)
+    made, aborter = translate(parts[0], effort), spot.output_aborter(MOST_STATES, MOST_SYMBOLIC_EDGES)
+    for part in parts[1:]:
         try:
-            made = spot.product(made, translate(str(conjunct), effort), aborter)
+            made = spot.product(made, translate(part, effort), aborter)
         except RuntimeError as error:
             raise SearchLimitError("an automaton of the formulas has more marks than Spot can tell apart") from error
         if made is None:

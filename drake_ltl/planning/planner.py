@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from drake_ltl.errors import InfeasibleError, InvalidInputError, Mistake, SearchLimitError
 from drake_ltl.planning.actions import actions_between
-from drake_ltl.planning.automaton import Automaton, joint, tabulate
+from drake_ltl.planning.automaton import Automaton, joint
 from drake_ltl.planning.certificate import check, state_fault
+from drake_ltl.planning.conjunction import propositions_of, tabulate_all, translate_each
 from drake_ltl.planning.costs import Chi, path_cost, sum_of_ways
 from drake_ltl.planning.counts import Counts
 from drake_ltl.planning.fits import Fits
@@ -141,12 +142,12 @@ def _automaton(scenario: Scenario, model: Model, seen: Sequence[State] = ()) -> 
         digits_of(scenario, state)  # complains of what is not in the scenario
     shown = [letter_of(scenario, state) for state in seen]
     for effort in ("low", "medium"):  # more is only worth its time where it spares the search a detour
-        automaton = joint(global_formula(scenario), effort)
-        propositions = [ap.ap_name() for ap in automaton.ap()]
+        automata = translate_each(global_formula(scenario), effort)
+        propositions = propositions_of(automata)
         different, letter = model.letters(propositions)
         word = np.array([[p in s for p in propositions] for s in shown], dtype=bool)
         word = word.reshape(len(seen), len(propositions))
-        table = tabulate(automaton, propositions, np.concatenate([different, word])).simplified()
+        table = tabulate_all(automata, propositions, np.concatenate([different, word])).simplified()
         if table.never_counts:
             break
     return letter, table.after(range(len(different), len(different) + len(seen)))
@@ -171,13 +172,13 @@ def _plan(scenario: Scenario, route: Route, chi: Chi, alpha: float, beta: float)
 
 def _reason(scenario: Scenario, model: Model, start: State, forbidden: frozenset, seen: Sequence[State]) -> str:
     """Why there is no plan: one formula alone if possible."""
-    if joint(global_formula(scenario)).is_empty():
+    if _is_contradiction(global_formula(scenario)):
         whole = "no word at all satisfies the formulas together"
     else:
         whole = "no run from the initial state satisfies the formulas together"
     for name, alone in _alone(scenario):
         formula = global_formula(alone)
-        if joint(formula).is_empty():
+        if _is_contradiction(formula):
             return f"no word at all satisfies {name}: {formula}"
         letter, automaton = _automaton(alone, model, seen)
         if not model.has_lasso(letter, automaton, start):
@@ -185,6 +186,14 @@ def _reason(scenario: Scenario, model: Model, start: State, forbidden: frozenset
     if forbidden:
         whole += f", with {len(forbidden)} transitions excluded"
     return f"{whole}, though each of them can be satisfied alone"
+
+
+def _is_contradiction(formula: str) -> bool:
+    """Whether no word satisfies a formula, as far as that is found out."""
+    try:
+        return bool(joint(formula).is_empty())
+    except SearchLimitError:
+        return False
 
 
 def _alone(scenario: Scenario) -> list[tuple[str, Scenario]]:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.acceptance import Clause
 from drake_ltl.planning.automaton import Automaton, buchi_size, joint, letters, tabulate, translate
+from drake_ltl.planning.conjunction import tabulate_all, translate_each
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.orbits import accepted, closed, row_of
 from drake_ltl.planning.power import sum_rule
@@ -217,7 +218,8 @@ def test_joint_and_simpler_automata_accept_the_same_words(parts, prefix, cycle):
     formula = " & ".join(f"({part})" for part in parts)
     expected = satisfies(formula, as_letters(prefix), as_letters(cycle))
     plain = tabulate(joint(formula), ATOMS, ALL_LETTERS)
-    for automaton in (plain, plain.saturated(), plain.reduced(), plain.saturated().reduced()):
+    product = tabulate_all(translate_each(formula), ATOMS, ALL_LETTERS)
+    for automaton in (plain, plain.saturated(), plain.reduced(), product, product.saturated().reduced()):
         assert (state_after(automaton, prefix) in accepted_states(automaton, cycle)) == expected
 
 
@@ -237,7 +239,21 @@ def test_conjunctions_that_spot_cannot_translate_as_a_whole():
     assert joint(" & ".join(parts)).num_states() <= 512
 
 
+def test_products_over_letters_have_the_states_that_letters_lead_to():
+    """p and q never hold together, so that one of the two is still to come after the first letter."""
+    letters_shown = np.array([[True, False], [False, True]])
+    assert joint("Fp & Fq").num_states() == 4
+    table = tabulate_all(translate_each("Fp & Fq & G !r"), ["p", "q", "r"], np.pad(letters_shown, ((0, 0), (0, 1))))
+    assert table.n_states == 4
+    assert sorted(table.successors[table.initial].tolist()) == [1, 2]
+    assert not (tabulate_all(translate_each("G p & G q"), ["p", "q"], letters_shown).successors >= 0).any()
+
+
 def test_joint_automata_are_given_up_when_they_grow_too_large(monkeypatch):
+    monkeypatch.setattr("drake_ltl.planning.conjunction.MOST_STATES", 20)
+    five, letters_shown = translate_each("Fa & Fb & Fc & Fd & Fe"), np.eye(5, dtype=bool)
+    with pytest.raises(SearchLimitError, match="more than 20 states"):
+        tabulate_all(five, list("abcde"), letters_shown)
     monkeypatch.setattr("drake_ltl.planning.automaton.MOST_STATES", 20)
     with pytest.raises(SearchLimitError, match="more than 20 states"):
         joint("Fa & Fb & Fc & Fd & Fe")
