@@ -15,7 +15,14 @@ from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import check_writable, complain, console, file_path, write_json
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
-from drake_ltl.errors import InfeasibleError, NoPlacesError, SearchLimitError, naming_file
+from drake_ltl.errors import (
+    InfeasibleError,
+    InvalidInputError,
+    Mistake,
+    NoPlacesError,
+    SearchLimitError,
+    naming_file,
+)
 
 if TYPE_CHECKING:
     from drake_ltl.execution.recording import Recording
@@ -40,7 +47,6 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--meshcat-host",
         type=_host,
-        default="localhost",
         metavar="HOST",
         help="address of this computer at which --meshcat is reached, * for all, also by others (default: localhost)",
     )
@@ -55,6 +61,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """0 if the mission was carried out and satisfies everything, else 1."""
+    _check_live(args)
     outputs = (args.json, args.record, args.graphviz)
     check_writable(*outputs, source=args.file, replaced=args.recording, folder=args.report, inside=REPORT)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
@@ -91,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
             suffix_rounds=rounds,
             keep_going=args.keep_going,
             live=args.meshcat,
-            meshcat_host=args.meshcat_host,
+            meshcat_host=args.meshcat_host or "localhost",
             realtime_rate=1.0 if args.realtime_rate is None else args.realtime_rate,
             page=args.record,
             graphviz=args.graphviz,
@@ -119,6 +126,14 @@ def run(args: argparse.Namespace) -> int:
         complain("interrupted")
         return INTERRUPTED
     return SUCCESS if verdict.satisfied else FAILURE
+
+
+def _check_live(args: argparse.Namespace) -> None:
+    """Raises InvalidInputError for options that mean nothing without a live page."""
+    idle = [name for name in ("meshcat_host", "realtime_rate") if not args.meshcat and getattr(args, name) is not None]
+    mistakes = [Mistake(f"--{name.replace('_', '-')}", "has nothing to show", "add --meshcat") for name in idle]
+    if mistakes:
+        raise InvalidInputError(mistakes)
 
 
 _RATE_HELP = "simulated seconds per second of a --meshcat run, until the page's buttons change it; 0: as many as the "

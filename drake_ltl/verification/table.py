@@ -28,6 +28,9 @@ CLEARANCE_NAMES = {
     "workspace": "to the workspace's border",
 }
 
+ROUNDING = 1e-12
+"""What is left of a manipulability of zero."""
+
 
 def verdict_table(verdict: Verdict, scenario: Scenario | None = None) -> RenderableType:
     """Headline, violations, the steps with their letters and durations, and the measured numbers.
@@ -91,7 +94,8 @@ def _rows(verdict: Verdict, scenario: Scenario | None) -> Iterator[tuple[str, st
         saturated = "" if verdict.max_effort[agent] <= 1.0 else "cut off at 100 %"
         yield f"torque asked of {agent}, of its limit", f"{100.0 * verdict.max_effort[agent]:.3g} %", saturated
         agent = min(verdict.min_manipulability, key=verdict.min_manipulability.__getitem__)
-        yield f"manipulability of {agent}", f"{verdict.min_manipulability[agent]:.3g}", "(0: singular)"
+        least = verdict.min_manipulability[agent]
+        yield f"manipulability of {agent}", f"{least:.3g}" if least > ROUNDING else "0", "(0: singular)"
     yield "simulated time", f"{verdict.simulated_seconds:.1f} s", ""
 
 

@@ -202,3 +202,12 @@ def test_rounds_that_are_none(drake_ltl, shuttle_file, rounds):
     result = drake_ltl("simulate", shuttle_file, "--suffix-rounds", rounds)
     assert result.status == 2
     assert f"{rounds!r} is not a whole number of rounds from 1 to 100000" in result.err
+
+
+def test_options_of_live_pages_need_one(drake_ltl, shuttle_file):
+    result = drake_ltl("simulate", shuttle_file, "--realtime-rate", "2", "--meshcat-host", "localhost")
+    assert result.status == 2
+    assert result.err.splitlines() == [
+        "--meshcat-host: has nothing to show; add --meshcat",
+        "--realtime-rate: has nothing to show; add --meshcat",
+    ]
