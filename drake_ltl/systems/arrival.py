@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,23 +11,31 @@ from drake_ltl.dynamics import heading_difference
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.postures import pose_error
-from drake_ltl.scenario.model import Tolerances
+from drake_ltl.scenario.model import Region, Scenario, Tolerances
 from drake_ltl.systems.program import GraspTask, ReleaseTask, TransportTask, TravelTask
 from drake_ltl.systems.progress import Measurement
 from drake_ltl.systems.signals import reach_ends
 
 WELD_SPEED = 0.005
 """Joints slower than this count as at rest for a weld [m/s, rad/s]."""
+ROOM = 0.005
+"""Who has arrived is so far inside its region [m], or half as far as its goal if that is less."""
 RETREATED = 0.002
 """A retreat ends this close to its goal [m, rad]."""
 
 
 @dataclass(frozen=True)
 class Arrival:
-    """Judges tasks by the scenario's tolerances."""
+    """Judges tasks by the scenario's tolerances, and by the regions in which they end."""
 
     models: MeasuredModels
     tolerances: Tolerances
+    regions: Mapping[str, Region]
+    """By their names."""
+
+    @classmethod
+    def of(cls, models: MeasuredModels, scenario: Scenario) -> Arrival:
+        return cls(models, scenario.tolerances, {region.name: region for region in scenario.regions})
 
     def left(self, task: TravelTask | TransportTask, now: Measurement) -> str:
         """What a mover still has to do, for people; empty when it is at its goal, at rest."""
@@ -67,7 +76,8 @@ class Arrival:
         distance = float(np.linalg.norm(error[:NUM_BASE_JOINTS]))
         joint = float(np.abs(error[NUM_BASE_JOINTS:]).max())
         speed = self.speed(task, now)
-        if distance <= tolerances.position and joint <= tolerances.joint and speed <= tolerances.speed:
+        there = distance <= tolerances.position and joint <= tolerances.joint
+        if there and speed <= tolerances.speed and self._agent_is_inside(task, now):
             return ""
         return f"{task.agent} is {distance:.2f} m from its place in {task.goal} (speed {speed:.2f} m/s)"
 
@@ -76,11 +86,25 @@ class Arrival:
         turn = abs(heading_difference(now.X_WO[task.object].rotation().ToQuaternion().wxyz(), task.orientation_goal))
         speed = max([float(np.linalg.norm(now.V_WO[task.object][3:])), *(_fastest(now.qd[a]) for a in task.team)])
         there = distance <= self.tolerances.position and turn <= self.tolerances.angle
-        if there and speed <= self.tolerances.speed:
+        if there and speed <= self.tolerances.speed and self._object_is_inside(task, now):
             return ""
         team = f"{task.object} (carried by {', '.join(task.team)})"
         turned = f" and {np.rad2deg(turn):.1f} degrees" if turn > self.tolerances.angle else ""
         return f"{team} is {distance:.2f} m{turned} from its place in {task.goal} (speed {speed:.2f} m/s)"
+
+    def _agent_is_inside(self, task: TravelTask, now: Measurement) -> bool:
+        model, radius = self.models.agents[task.agent], self.models.geometry.agent_radius[task.agent]
+        return _is_inside(self.regions[task.goal], radius, model.centre(now.q[task.agent]), model.centre(task.q_goal))
+
+    def _object_is_inside(self, task: TransportTask, now: Measurement) -> bool:
+        radius = self.models.geometry.object_radius[task.object]
+        return _is_inside(self.regions[task.goal], radius, now.X_WO[task.object].translation(), task.p_goal)
+
+
+def _is_inside(region: Region, radius: float, centre: np.ndarray, goal: np.ndarray) -> bool:
+    """Whether a sphere is in its region, if it is so at its goal: near the border tolerances could leave it outside."""
+    here, there = (region.radius - radius - float(np.linalg.norm(p - np.array(region.centre))) for p in (centre, goal))
+    return there <= 0.0 or here >= min(ROOM, 0.5 * there)
 
 
 def _fastest(qd: np.ndarray) -> float:

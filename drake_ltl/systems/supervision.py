@@ -55,7 +55,7 @@ class Supervision:
         self._holds = holds or {}
         self._names = list(models.agents)
         self._models = models
-        self._arrival = Arrival(models, scenario.tolerances)
+        self._arrival = Arrival.of(models, scenario)
         self._detours = Detours(FieldBuilder(scenario, models), models, self._arrival)
 
     def begin(self, now: Measurement) -> Progress:

@@ -9,8 +9,10 @@ import numpy as np
 
 from drake_ltl.errors import Mistake
 from drake_ltl.execution.recording import IntervalRecord, Recording
-from drake_ltl.scenario.table import LARGEST
+from drake_ltl.scenario.table import LARGEST, shown
 
+LONGEST_NAME = 40
+"""That is said as it is."""
 _REMEDY = "make a new recording with `simulate`"
 
 
@@ -46,25 +48,30 @@ def _strangers(recording: Recording, interval: IntervalRecord) -> Iterator[str]:
     ):
         for name in names:
             if name not in allowed:
-                yield f"{name} {what} in step {interval.step}"
+                yield f"{_said(name)} {what} in step {interval.step}"
     for name in set(interval.transports) & set(interval.waiting):
-        yield f"{name} is carried and waits at once"
+        yield f"{_said(name)} is carried and waits at once"
     for name in set(interval.travels) & set(interval.reaches):
-        yield f"{name} travels and reaches at once"
+        yield f"{_said(name)} travels and reaches at once"
 
 
 def _misfits(recording: Recording, interval: IntervalRecord) -> Iterator[str]:
     """Goals of wrong lengths, and of what are no numbers."""
     joints = {name: recording.q[name].shape[1] for name in recording.agents}
     for name, goal in interval.travels.items():
-        yield from _unfit(name, goal, joints.get(name))
+        yield from _unfit(_said(name), goal, joints.get(name))
     for name, goal in interval.transports.items():
-        yield from _unfit(name, goal, 3)
+        yield from _unfit(_said(name), goal, 3)
     for name, ends in interval.reaches.items():
         if len(ends) != 2:
-            yield f"the way of {name} has {len(ends)} ends, not 2"
+            yield f"the way of {_said(name)} has {len(ends)} ends, not 2"
         for goal in ends:
-            yield from _unfit(name, goal, joints.get(name))
+            yield from _unfit(_said(name), goal, joints.get(name))
+
+
+def _said(name: str) -> str:
+    """A member's name; whatever else stands in its place, so that it can be printed."""
+    return name if name.isprintable() and len(name) <= LONGEST_NAME else shown(name)
 
 
 def _unfit(name: str, goal: Sequence[float], length: int | None) -> Iterator[str]:

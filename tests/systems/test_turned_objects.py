@@ -122,7 +122,7 @@ def test_a_transport_ends_with_its_heading(turn):
     scenario, models, mission, program = turn
     index = next(k for k, step in enumerate(program.steps) if step.transports)
     (task,) = program.steps[index].transports
-    arrival, most = Arrival(models, scenario.tolerances), scenario.tolerances.angle
+    arrival, most = Arrival.of(models, scenario), scenario.tolerances.angle
     X_WO = crate_at(models, mission.steps[index].after)
 
     def left(turn: float, tilt: float = 0.0) -> str:

@@ -137,6 +137,7 @@ def test_sound_intervals(recording, scenario, sound):
         (DRIVE | {"travels": {}}, "moves nothing"),
         (DRIVE | {"travels": {"a9": (0.0,) * 4}}, "a9 does not travel in step 0"),
         (DRIVE | {"travels": {"a3": (0.0,) * 4}}, "a3 does not travel in step 0"),
+        (DRIVE | {"travels": {"\ud800": (0.0,) * 4}}, r"'\ud800' does not travel in step 0"),
         (DRIVE | {"step": 2}, "a1 does not travel in step 2"),  # it carries
         (DRIVE | {"travels": {"a1": (0.0,) * 3}}, "the goal of a1 has 3 numbers, not 4"),
         (DRIVE | {"travels": {"a1": tuple("abcd")}}, "the goal of a1 is not of finite numbers"),
