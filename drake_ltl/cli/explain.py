@@ -133,7 +133,8 @@ def size_lines(scenario: Scenario, start: State, fits: Fits) -> Iterator[str]:
         yield "Büchi automaton BA of the paper: takes too long to make"
     else:
         yield f"Büchi automaton BA of the paper: {_counted(sizes.buchi, 'edges')}"
-    yield f"deterministic automaton that is searched: {_counted(sizes.searched, 'edges')}"
+    searched = "too large" if sizes.searched is None else _counted(sizes.searched, "edges")
+    yield f"deterministic automaton that is searched: {searched}"
     yield from _system_lines(scenario, start, fits)
 
 

@@ -7,6 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 @dataclass(frozen=True)
 class Clause:
@@ -31,6 +34,14 @@ def read(acceptance: str) -> tuple[Clause, ...]:
         often, never = (frozenset(int(mark) for kind, mark in atoms if kind == wanted) for wanted in ("Inf", "Fin"))
         found.append(Clause(often, never))
     return tuple(found)
+
+
+def renumbered(masks: NDArray[np.int64], kept: Iterable[int]) -> NDArray[np.int64]:
+    """Sets of marks without all but some, which are numbered from 0 in the order given."""
+    result = np.zeros_like(masks)
+    for number, mark in enumerate(kept):
+        result |= (masks >> mark & 1) << number
+    return result
 
 
 def mask(marks: Iterable[int]) -> int:

@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.acceptance import Clause, clauses, mask
+from drake_ltl.planning.acceptance import Clause, clauses, mask, renumbered
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import labels
 from drake_ltl.spot_questions import OPTIONS, ask
@@ -157,9 +157,7 @@ class Automaton:
                 yield self
                 continue
             kept = (self.marks & mask(clause.never)) == 0
-            marks = np.zeros_like(self.marks) if often else np.ones_like(self.marks)
-            for number, mark in enumerate(often):
-                marks |= (self.marks >> mark & 1) << number
+            marks = renumbered(self.marks, often) if often else np.ones_like(self.marks)
             successors = self.successors if kept.all() else np.where(kept, self.successors, -1)
             every = Clause(frozenset(range(max(1, len(often)))), frozenset())
             yield Automaton(self.initial, successors, marks, (every,))

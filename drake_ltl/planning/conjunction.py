@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.acceptance import Clause
+from drake_ltl.planning.acceptance import Clause, renumbered
 from drake_ltl.planning.automaton import MOST_STATES, Automaton, conjuncts, tabulate, translate
 
 MOST_CLAUSES = 64
@@ -49,10 +49,9 @@ def without_idle_marks(automaton: Automaton) -> Automaton:
         return automaton
     idle = int(np.bitwise_and.reduce(automaton.marks[automaton.successors >= 0], initial=-1))
     kept = sorted(mark for mark in automaton.clauses[0].often if not idle >> mark & 1)
-    marks = np.zeros_like(automaton.marks)
-    for number, mark in enumerate(kept):
-        marks |= (automaton.marks >> mark & 1) << number
-    return replace(automaton, marks=marks, clauses=(Clause(frozenset(range(len(kept))), frozenset()),))
+    return replace(
+        automaton, marks=renumbered(automaton.marks, kept), clauses=(Clause(frozenset(range(len(kept))), frozenset()),)
+    )
 
 
 def conjunction(automata: Sequence[Automaton]) -> Automaton:

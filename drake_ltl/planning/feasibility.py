@@ -8,7 +8,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from drake_ltl.errors import SearchLimitError
-from drake_ltl.planning.automaton import Automaton, joint, letters, tabulate
+from drake_ltl.planning.automaton import Automaton, letters
+from drake_ltl.planning.conjunction import propositions_of, tabulate_all, translate_each
 from drake_ltl.planning.transition_system import TransitionSystem
 from drake_ltl.scenario.formulas import global_formula
 from drake_ltl.scenario.model import Scenario
@@ -33,10 +34,10 @@ def feasible_starts(scenario: Scenario, system: TransitionSystem) -> NDArray[np.
     Raises:
         SearchLimitError: the product is too large.
     """
-    automaton = joint(global_formula(scenario))
-    names = [ap.ap_name() for ap in automaton.ap()]
+    automata = translate_each(global_formula(scenario))
+    names = propositions_of(automata)
     different, letter = letters(system, names)
-    table = tabulate(automaton, names, different)
+    table = tabulate_all(automata, names, different)
     n = system.n_states
     if table.n_states * system.n_transitions > MOST_EDGES:
         raise SearchLimitError(f"{table.n_states} x {system.n_transitions} transitions are too many to enumerate")

@@ -11,7 +11,8 @@ import numpy as np
 import pydot
 
 from drake_ltl.errors import InfeasibleError, SearchLimitError
-from drake_ltl.planning.automaton import Automaton, joint, letters, tabulate
+from drake_ltl.planning.automaton import Automaton, joint, letters
+from drake_ltl.planning.conjunction import propositions_of, tabulate_all, translate_each
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.table import action_text
 from drake_ltl.planning.transition_system import TransitionSystem
@@ -51,7 +52,7 @@ def state_text(state: State, scenario: Scenario) -> str:
 def automaton_hoa(scenario: Scenario) -> str:
     """The automaton of the global formula in the Hanoi Omega-Automata format, over propositions `m.p`.
 
-    It is the one that the planner searches: generalised Buchi acceptance on transitions.
+    Deterministic, with any acceptance, on transitions: the planner searches what of it the letters of TS reach.
     """
     formula = global_formula(scenario)
     automaton = joint(formula)
@@ -95,10 +96,10 @@ def product_graph(system: TransitionSystem, start: State, *, most_edges: int = M
     first = system.index(start)
     if first < 0:
         raise InfeasibleError(f"the initial state is impossible: {start}")
-    automaton = joint(global_formula(system.scenario))
-    names = [ap.ap_name() for ap in automaton.ap()]
+    automata = translate_each(global_formula(system.scenario))
+    names = propositions_of(automata)
     different, letter = letters(system, names)
-    return _Product(system, tabulate(automaton, names, different), letter).reachable(first, most_edges)
+    return _Product(system, tabulate_all(automata, names, different), letter).reachable(first, most_edges)
 
 
 class _Product:

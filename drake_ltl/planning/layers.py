@@ -100,7 +100,7 @@ class Priced:
 
     def within(self, roots: NDArray, limit: float) -> tuple[Priced, NDArray[np.int64]]:
         """What loops of less price + weight than a limit can use that begin in some nodes, (R,); and the nodes of
-        this part that its nodes are. Where no such loop can begin, the price is inf."""
+        this part that its nodes are."""
         part, n = self.marks.part, len(self.prices)
         roots = roots[self.bounds[roots] < limit]
         prices, ends = least(n, roots, self.prices[roots]), least(n, roots, np.zeros(len(roots)))

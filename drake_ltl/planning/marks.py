@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_ltl.planning.acceptance import renumbered
 from drake_ltl.planning.distances import distances, least, single, way
 from drake_ltl.planning.product import Graph, Part
 
@@ -42,10 +43,7 @@ class Marks:
                 kept.append(mark)
         if len(kept) == full.bit_length():
             return cls(part, full)
-        renumbered = np.zeros_like(part.marks)
-        for number, mark in enumerate(kept):
-            renumbered |= (part.marks >> mark & 1) << number
-        return cls(replace(part, marks=renumbered), (1 << len(kept)) - 1)
+        return cls(replace(part, marks=renumbered(part.marks, kept)), (1 << len(kept)) - 1)
 
     @property
     def each(self) -> range:

@@ -124,7 +124,7 @@ def _entered_by(automaton: Automaton) -> NDArray[np.bool_]:
     return by_letter
 
 
-def n_edges(system: Graph, letter: NDArray, automaton: Automaton) -> int:
+def count_edges(system: Graph, letter: NDArray, automaton: Automaton) -> int:
     """At most so many edges has the product of `multiply`, the successors that the automaton does not read included."""
     alive = _entered_by(automaton)
     onwards = np.bincount(letter, weights=np.diff(system.starts), minlength=alive.shape[1])

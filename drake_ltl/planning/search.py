@@ -21,7 +21,7 @@ from drake_ltl.planning.layers import MOST_LAYERED_EDGES, Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Features, Marks
 from drake_ltl.planning.orbits import nearest_accepted
-from drake_ltl.planning.product import Graph, Part, Product, accepting_part, entered, multiply, n_edges
+from drake_ltl.planning.product import Graph, Part, Product, accepting_part, count_edges, entered, multiply
 from drake_ltl.planning.profiles import all_profiles
 from drake_ltl.planning.rounds import ReadLoop, Rounds, are_few
 from drake_ltl.planning.shares import least_loop
@@ -129,7 +129,7 @@ def _graph(system: TransitionSystem, weights: NDArray) -> Graph:
 
 def _check_size(system: TransitionSystem, letter: NDArray, automaton: Automaton) -> None:
     n_nodes = system.n_states * automaton.n_states
-    edges = n_edges(_graph(system, system.costs), letter, automaton)
+    edges = count_edges(_graph(system, system.costs), letter, automaton)
     if max(edges, n_nodes) > MOST_EDGES:
         raise SearchLimitError(f"the product of TS and the automaton is too large: {n_nodes} nodes, {edges} edges")
 

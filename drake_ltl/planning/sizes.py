@@ -23,19 +23,24 @@ class AutomatonSizes:
 
     buchi: tuple[int, int] | None
     """States and edges of BA as `automaton.buchi_size` counts them; None if it takes long to make."""
-    searched: tuple[int, int]
-    """States and edges of the deterministic one that the planner searches."""
+    searched: tuple[int, int] | None
+    """States and edges of the deterministic one, of which the planner searches what the letters of TS reach; None if it
+    is too large."""
 
 
 def automaton_sizes(scenario: Scenario) -> AutomatonSizes:
     """Translates the global formula twice."""
     formula = global_formula(scenario)
-    searched = joint(formula)
+    try:
+        made = joint(formula)
+        searched = made.num_states(), made.num_edges()
+    except SearchLimitError:
+        searched = None
     try:
         buchi = buchi_size(formula, BUCHI_TIME)
     except (TimeoutError, SearchLimitError):
         buchi = None
-    return AutomatonSizes(buchi, (searched.num_states(), searched.num_edges()))
+    return AutomatonSizes(buchi, searched)
 
 
 def reachable_size(system: TransitionSystem, start: State) -> tuple[int, int]:
