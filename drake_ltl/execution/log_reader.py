@@ -17,7 +17,7 @@ from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.manipulability import manipulability
 from drake_ltl.planning.plan_json import action_to_json
-from drake_ltl.systems.plan_supervisor import split_record
+from drake_ltl.systems.record_signal import split_record
 from drake_ltl.systems.signals import NO_GRASP
 
 

@@ -24,6 +24,7 @@ from pydrake.systems.framework import (
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.systems.program import StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
+from drake_ltl.systems.record_signal import record_size, status_signal
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, pack_step
 from drake_ltl.systems.supervision import Supervision
 
@@ -133,7 +134,7 @@ class PlanSupervisor(LeafSystem):
         starts = np.cumsum([0, *self._sizes.values()])
         for name, start, end in zip(self._sizes, starts, starts[1:], strict=False):
             declare(f"anchor_{name}", int(end - start), lambda progress, a=start, b=end: progress.anchor[a:b])
-        declare("status", 2 + 2 * len(self._sizes), _status_signal)
+        declare("status", 2 + 2 * len(self._sizes), status_signal)
         declare("record", record_size(self._sizes.values()), self._record_signal)
         self._output["progress"] = self.DeclareAbstractOutputPort(
             "progress", Value[object], lambda context, output: output.set_value(self.GetProgress(context)), state
@@ -187,7 +188,7 @@ class PlanSupervisor(LeafSystem):
 
     def waiting_for(self, context: Context) -> list[str]:
         """What keeps the step from ending, for people."""
-        return self._supervision.waiting_for(self.GetProgress(context), self._measure(context))
+        return self._supervision.waiting_for(self.GetProgress(context), self.measured(context))
 
     def Halt(self, context: Context) -> None:
         """Begins the safe mode."""
@@ -199,7 +200,7 @@ class PlanSupervisor(LeafSystem):
 
     def is_quiet(self, context: Context, but: frozenset[str]) -> bool:
         """In safe mode: whether all but some agents hold at rest."""
-        return self._supervision.safe_mode.is_quiet(self.GetProgress(context), self._measure(context), but)
+        return self._supervision.safe_mode.is_quiet(self.GetProgress(context), self.measured(context), but)
 
     def step_program(self, context: Context) -> StepProgram:
         """The tasks of the step being carried out."""
@@ -207,10 +208,15 @@ class PlanSupervisor(LeafSystem):
 
     def measured(self, context: Context) -> Measurement:
         """What the supervisor sees now."""
-        return self._measure(context)
+        states = {name: port.Eval(context) for name, port in self._state_port.items()}
+        q, qd = {}, {}
+        for name, n in self._sizes.items():
+            q[name], qd[name] = states[name][:n], states[name][n:]
+        bodies = {name: states[name] for name in self._objects}
+        return Measurement(context.get_time(), q, qd, _Poses(bodies), {name: x[7:] for name, x in bodies.items()})
 
     def _put(self, context: Context, change: Callable[[Progress, Measurement], Progress]) -> None:
-        self.SetProgress(context, change(self.GetProgress(context), self._measure(context)))
+        self.SetProgress(context, change(self.GetProgress(context), self.measured(context)))
 
     def GetProgress(self, context: Context) -> Progress:
         """The discrete state as Progress."""
@@ -252,12 +258,12 @@ class PlanSupervisor(LeafSystem):
     # Events.
 
     def _initialize(self, context: Context, values: DiscreteValues) -> EventStatus:
-        self._store(self._supervision.begin(self._measure(context)), values)
+        self._store(self._supervision.begin(self.measured(context)), values)
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
         before = self.GetProgress(context)
-        after = self._supervision.advance(before, self._applied_revision(context), self._measure(context))
+        after = self._supervision.advance(before, self._applied_revision(context), self.measured(context))
         if after is before:
             return _NOTHING
         self._store(after, state.get_mutable_discrete_state())
@@ -285,14 +291,6 @@ class PlanSupervisor(LeafSystem):
             values.set_value(hold, signals.hold)
             values.set_value(reach, signals.reach)
 
-    def _measure(self, context: Context) -> Measurement:
-        states = {name: port.Eval(context) for name, port in self._state_port.items()}
-        q, qd = {}, {}
-        for name, n in self._sizes.items():
-            q[name], qd[name] = states[name][:n], states[name][n:]
-        bodies = {name: states[name] for name in self._objects}
-        return Measurement(context.get_time(), q, qd, _Poses(bodies), {name: x[7:] for name, x in bodies.items()})
-
     def _applied_revision(self, context: Context) -> int:
         return int(context.get_numeric_parameter(self._applied).GetAtIndex(0))
 
@@ -310,7 +308,7 @@ class PlanSupervisor(LeafSystem):
 
     def _record_signal(self, progress: Progress) -> np.ndarray:
         reaches = [signals.reach for signals in progress.agents]
-        return np.concatenate([_status_signal(progress), self._step_signal(progress), *reaches])
+        return np.concatenate([status_signal(progress), self._step_signal(progress), *reaches])
 
 
 class _Poses(Mapping[str, RigidTransform]):
@@ -331,21 +329,3 @@ class _Poses(Mapping[str, RigidTransform]):
 
 
 _NOTHING = EventStatus.DidNothing()
-
-
-def _status_signal(progress: Progress) -> np.ndarray:
-    modes = [signals.mode for signals in progress.agents]
-    grasps = [signals.grasp for signals in progress.agents]
-    return np.array([progress.count, progress.interval, *modes, *grasps], dtype=float)
-
-
-def record_size(sizes: Iterable[int]) -> int:
-    """Of the signal `record` of agents with so many joints."""
-    return STEP_SIGNAL_SIZE + sum(2 + 2 + 2 * n for n in sizes) + 2
-
-
-def split_record(record: np.ndarray, sizes: Mapping[str, int]) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Signals `record` (T, ..) as status, step and agent -> reach, one row each."""
-    ends = np.cumsum([2 + 2 * len(sizes), STEP_SIGNAL_SIZE, *(2 + 2 * n for n in sizes.values())])
-    status, step, *reaches = np.split(record, ends[:-1], axis=1)
-    return status, step, dict(zip(sizes, reaches, strict=True))
