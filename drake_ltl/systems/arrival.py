@@ -55,9 +55,13 @@ class Arrival:
         there = np.abs(now.q[agent] - goal).max() <= RETREATED
         return bool(there) and self.rests(agent, now)
 
-    def rests(self, agent: str, now: Measurement) -> bool:
+    def rests(self, agent: str, now: Measurement, slack: float = 1.0) -> bool:
         """Whether the agent has come to rest; a weld that closes its gap sets light wrists moving."""
-        return _fastest(now.qd[agent]) <= self.tolerances.speed
+        return _fastest(now.qd[agent]) <= slack * self.tolerances.speed
+
+    def lies_still(self, obj: str, now: Measurement, slack: float = 1.0) -> bool:
+        """Whether the object has come to rest."""
+        return _fastest(now.V_WO[obj]) <= slack * self.tolerances.speed
 
     def misalignment(self, task: GraspTask, now: Measurement) -> tuple[float, float]:
         """Angle [rad] and gap [m] between the gripper and the grasp frame."""

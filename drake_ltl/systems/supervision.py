@@ -33,6 +33,9 @@ LEAST_REACH_TIME = 1.0
 PATIENCE = 0.8
 """An approach that ends off the grasp is corrected this long after its end [s]."""
 
+UNREST = 1.5
+"""A step does not end while who only holds is faster than the tolerance by this factor; verdicts bear 2."""
+
 
 class Supervision:
     """The rules of a mission: `begin` makes its first Progress, `advance` every further one."""
@@ -119,6 +122,17 @@ class Supervision:
                 task = self._reach_task(state, name)
                 verb = "grasping" if isinstance(task, GraspTask) else "releasing"
                 yield f"{name} is still {verb} {task.weld.object}{self._gap_text(task, now)}"
+            elif signals.mode == Mode.HOLD and state.phase not in (Phase.DONE, Phase.SAFE):
+                yield from self._unrest(name, signals, now)
+
+    def _unrest(self, name: str, signals: AgentSignals, now: Measurement) -> Iterator[str]:
+        """Of who holds still, and of what it holds: what was carried settles on the floor, however short the step."""
+        if not self._arrival.rests(name, now, UNREST):
+            yield f"{name} has not come to rest"
+        if signals.grasp != NO_GRASP:
+            obj = self.program.welds[signals.grasp].object
+            if not self._arrival.lies_still(obj, now, UNREST):
+                yield f"{obj} has not come to rest"
 
     # Phases begin.
 

@@ -534,3 +534,32 @@ def test_nobody_counts_as_stalled_while_others_reach(at_step, program):
     stage = at_step(FIRST_GRASPS_AT_HAND, program=replace(program, steps=tuple(steps)))
     before = stage.progress
     assert stage.look() is before  # no count of seconds begins
+
+
+# Who only holds comes to rest, too.
+
+
+def test_a_step_does_not_end_while_an_idle_robot_moves(puppets):
+    stage = puppets()
+    stage.begin()
+    for task in stage.step.travels:
+        stage.move(task)
+    stage.world.qd["a1"] = np.array([0.0, 0.0, 0.0, 0.05])  # verdicts bear 0.06
+    assert stage.look().count == 0
+    assert stage.supervision.waiting_for(stage.progress, stage.now) == ["a1 has not come to rest"]
+    stage.world.qd["a1"] = np.array([0.0, 0.0, 0.0, 0.04])
+    assert stage.look().count == 1
+
+
+def test_a_step_does_not_end_while_what_is_held_falls(puppets, program):
+    """What was carried a millimetre above the floor falls on it when its team holds."""
+    stage = puppets()
+    stage.begin()
+    for task in stage.step.travels:
+        stage.move(task)
+    weld = next(index for index, weld in enumerate(program.welds) if weld.agent == "a1")
+    stage.progress = stage.progress.with_agent(0, grasp=weld)
+    held = program.welds[weld].object
+    stage.world.V_WO[held] = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -0.05])
+    assert stage.look().count == 0
+    assert stage.supervision.waiting_for(stage.progress, stage.now) == [f"{held} has not come to rest"]
