@@ -12,6 +12,7 @@ from drake_ltl import mission
 from drake_ltl.diagrams import MissionDiagram
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 from drake_ltl.execution.runner import Run, RunProgress
+from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.sweep.drawing import Drawn, draw, drawn_scenario
 from drake_ltl.sweep.outcome import FAILED, NO_PLAN, Outcome, judged
@@ -38,11 +39,17 @@ def run_one(sweep: Sweep, number: int) -> Outcome:
         return Outcome(number, FAILED, reason=in_one_line(error))
 
 
-def carry_out(sweep: Sweep, number: int, report: Callable[[RunProgress], None] | None = None) -> CarriedOut:
+def carry_out(
+    sweep: Sweep,
+    number: int,
+    report: Callable[[RunProgress], None] | None = None,
+    models: MeasuredModels | None = None,
+) -> CarriedOut:
     """Run `number`, with its recording.
 
     Args:
         report: told of the simulation's progress once per simulated second.
+        models: the scenario's, if they are at hand: nothing of what is drawn changes them. None: measured.
 
     Raises:
         DrakeLtlError: what `drake_ltl.mission` raises, unless there is no plan.
@@ -50,7 +57,7 @@ def carry_out(sweep: Sweep, number: int, report: Callable[[RunProgress], None] |
     begin = time.perf_counter()
     drawn = draw(sweep, number)
     scenario = drawn_scenario(sweep.scenario, drawn)
-    models = mission.measure(scenario)
+    models = mission.measure(scenario) if models is None else models
     try:
         planned = mission.plan_and_place(scenario, models)
     except (InfeasibleError, SearchLimitError) as error:
