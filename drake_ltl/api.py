@@ -39,13 +39,11 @@ def load(file: Path | str) -> Scenario:
     """The scenario in a file, or the example of that name (`drake_ltl.examples.names()` lists them).
 
     Raises:
-        InvalidInputError: with every mistake of the file.
+        InvalidInputError: there is neither, or with every mistake of the file.
     """
-    if Path(file).suffix or Path(file).exists():
-        return load_file(file)
     from drake_ltl import examples
 
-    return load_file(examples.path(str(file)))
+    return load_file(examples.find(file))
 
 
 def plan(scenario: Scenario, *, method: Method = "auto", time_limit: float | None = None) -> Plan:

@@ -24,5 +24,21 @@ def path(name: str) -> Path:
     return _folder() / f"{name}.yaml"
 
 
+def find(file: Path | str) -> Path:
+    """The file, or if there is none of this name the example that is called so.
+
+    Raises:
+        InvalidInputError: neither is there. (A name with a suffix, such as `errand.yaml`, is none of an example: it is
+            returned as it is.)
+    """
+    file = Path(file)
+    if file.suffix or file.exists():
+        return file
+    if str(file) not in names():
+        what = "is neither a file nor the name of an example"
+        raise InvalidInputError([Mistake(str(file), what, f"examples are {', '.join(names())}")])
+    return path(str(file))
+
+
 def _folder() -> Path:
     return Path(str(files(__name__)))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from drake_ltl.cli.outcome import console, file_path, working
+from drake_ltl.cli.arguments import SCENARIO_HELP, scenario_path
+from drake_ltl.cli.outcome import console, working
 from drake_ltl.cli.statuses import SUCCESS
 
 
@@ -15,9 +16,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="look for mistakes in a scenario",
         description="Reads a scenario, loads its models and looks where everybody starts. Prints one line per mistake: "
         "where it is, what is wrong, what would be right. Exit status: 0 no mistakes, 2 mistakes.",
-        epilog="example: drake-ltl check examples/warehouse.yaml",
+        epilog="example: drake-ltl check warehouse",
     )
-    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.set_defaults(run=run)
 
 

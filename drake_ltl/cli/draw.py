@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import logging
 from pathlib import Path
 
-from drake_ltl.cli.outcome import check_writable, console, file_path, working
+from drake_ltl.cli.arguments import SCENARIO_HELP, file_path, scenario_path
+from drake_ltl.cli.outcome import check_writable, console, silence_matplotlib, working
 from drake_ltl.cli.statuses import SUCCESS
 
 FORMATS = ("png", "svg", "pdf")
@@ -19,9 +19,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="draw a map of a scenario",
         description="Draws the workspace from above: regions with their names, robots and objects where they start, "
         "with their bounding spheres, and everybody's formula.",
-        epilog="example: drake-ltl draw examples/warehouse.yaml --output warehouse.svg",
+        epilog="example: drake-ltl draw warehouse --output warehouse.svg",
     )
-    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.add_argument(
         "--output",
         type=_picture,
@@ -35,7 +35,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Draws the map; nothing is planned."""
     check_writable(args.output, source=args.file)
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
+    silence_matplotlib()
     from drake_ltl.scenario import load
 
     scenario = load(args.file)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from drake_ltl.cli.outcome import TIME_LIMIT_HELP, console, file_path, seconds, working
+from drake_ltl.cli.arguments import SCENARIO_HELP, TIME_LIMIT_HELP, scenario_path, seconds
+from drake_ltl.cli.outcome import console, working
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import DrakeLtlError, InfeasibleError, SearchLimitError
 
@@ -32,9 +33,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         description="Says in words what the formulas ask for and which propositions they may use, how large automata "
         "and transition system are, which parts count plan steps, and whether there is a plan; if there is none, a "
         "smallest set of formulas and facts that clash. Exit status: 0 there is a plan, 1 there is none.",
-        epilog="example: drake-ltl explain examples/forbidden_room.yaml",
+        epilog="example: drake-ltl explain forbidden_room",
     )
-    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.add_argument("--time-limit", type=seconds, metavar="S", help=TIME_LIMIT_HELP)
     parser.set_defaults(run=run, method="auto", json=None)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from drake_ltl.cli.outcome import console, file_path
+from drake_ltl.cli.arguments import file_path
+from drake_ltl.cli.outcome import console
 from drake_ltl.cli.statuses import SUCCESS
 from drake_ltl.errors import InvalidInputError, Mistake, naming_file
 

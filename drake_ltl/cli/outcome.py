@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 import errno
 import json
-import math
+import logging
 import os
 import sys
 import tempfile
@@ -84,33 +83,17 @@ def silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
+def silence_matplotlib() -> None:
+    """Where there is no home it would speak of its caches."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+
+
 def complain(text: str) -> None:
     """One line per mistake, on stderr; dropped if nothing can be written there."""
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:
         silence(sys.stderr)
-
-
-def file_path(text: str) -> Path:
-    """The type of an argument that names a file or a folder."""
-    if not text.strip():
-        raise argparse.ArgumentTypeError("the name is empty")
-    return Path(text)
-
-
-TIME_LIMIT_HELP = "give up after S seconds of planning"
-
-
-def seconds(text: str) -> float:
-    """The type of an argument that is a time [s]."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < 1e9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0")
-    return value
 
 
 def check_writable(

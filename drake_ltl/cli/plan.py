@@ -6,8 +6,9 @@ import argparse
 import time
 from contextlib import suppress
 
+from drake_ltl.cli.arguments import SCENARIO_HELP, TIME_LIMIT_HELP, file_path, scenario_path, seconds
 from drake_ltl.cli.guard import at_the_latest
-from drake_ltl.cli.outcome import TIME_LIMIT_HELP, check_writable, complain, console, file_path, seconds, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, write_json
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 
@@ -21,9 +22,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         "plan",
         help="find the least-cost plan",
         description="Finds the plan of least cost that satisfies every formula, and proves it least.",
-        epilog="example: drake-ltl plan examples/case_ii.yaml --json plan.json",
+        epilog="example: drake-ltl plan case_ii --json plan.json",
     )
-    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.add_argument("--json", type=file_path, metavar="OUT", help="write the plan here")
     parser.add_argument(
         "--method",

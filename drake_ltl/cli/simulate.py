@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import logging
-import socket
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from drake_ltl.cli.arguments import HOST_HELP, SCENARIO_HELP, file_path, host, scenario_path
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import check_writable, complain, console, file_path, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, write_json
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     InfeasibleError,
@@ -38,18 +37,13 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="plan, carry out and verify",
         description="Plans a scenario, carries the plan out in a multibody simulation and judges the recording: "
         "exit status 0 only if the specification held and nothing collided.",
-        epilog="example: drake-ltl simulate examples/case_ii.yaml --report out --record out/page.html",
+        epilog="example: drake-ltl simulate case_ii --report out --record out/page.html",
     )
-    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
     parser.add_argument("--keep-going", action="store_true", help="go on when a monitor sees something wrong")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
-    parser.add_argument(
-        "--meshcat-host",
-        type=_host,
-        metavar="HOST",
-        help="address of this computer at which --meshcat is reached, * for all, also by others (default: localhost)",
-    )
+    parser.add_argument("--meshcat-host", type=host, metavar="HOST", help=f"for --meshcat: {HOST_HELP}")
     parser.add_argument("--realtime-rate", type=_rate, metavar="R", help=_RATE_HELP)
     parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
     parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
@@ -64,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     _check_live(args)
     outputs = (args.json, args.record, args.graphviz)
     check_writable(*outputs, source=args.file, replaced=args.recording, folder=args.report, inside=REPORT)
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
+    silence_matplotlib()
 
     from drake_ltl.scenario import load
 
@@ -148,15 +142,6 @@ def _rate(text: str) -> float:
     if not 0.0 <= rate <= 1000.0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 0 to 1000")
     return rate
-
-
-def _host(text: str) -> str:
-    """An address at which this computer can listen."""
-    try:
-        socket.create_server(("" if text == "*" else text, 0)).close()
-    except (OSError, UnicodeError):
-        raise argparse.ArgumentTypeError(f"{text!r} is no address of this computer") from None
-    return text
 
 
 def _rounds(text: str) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import logging
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -15,8 +14,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from drake_ltl.cli.arguments import SCENARIO_HELP, file_path, scenario_path
 from drake_ltl.cli.guard import save_when_interrupted
-from drake_ltl.cli.outcome import check_writable, complain, console, file_path, working, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, working, write_json
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     ExecutionError,
@@ -48,9 +48,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         description="Draws starts, gains of the controllers and masses of the objects, plans, simulates and verifies "
         "each run, and shows success, clearances and durations with intervals of confidence: exit status 0 only if "
         "all runs are satisfied. The same command goes on with a sweep that was interrupted.",
-        epilog="example: drake-ltl sweep examples/case_ii.yaml --runs 100 --seed 7 --jobs 4",
+        epilog="example: drake-ltl sweep case_ii --runs 100 --seed 7 --jobs 4",
     )
-    parser.add_argument("file", type=file_path, metavar="FILE", help="scenario (YAML)")
+    parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.add_argument("--runs", type=_whole(1, MOST_RUNS), metavar="N", help="how many runs")
     parser.add_argument("--seed", type=_whole(0, 2**63 - 1), default=0, metavar="S", help="of all draws (default: 0)")
     who = parser.add_mutually_exclusive_group()
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         raise InvalidInputError([Mistake("sweep", "it is not clear which runs are meant", remedy)])
     folder = args.output or Path(f"sweep_{args.file.stem}")
     check_writable(source=args.file, folder=folder, inside=(NAME, SUMMARY, PICTURE))
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it speaks of its caches where there is no home
+    silence_matplotlib()
     scenario = load(args.file)
     try:
         with working("planning"):

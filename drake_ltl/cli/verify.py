@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from drake_ltl.cli.outcome import check_writable, console, file_path, write_json
+from drake_ltl.cli.arguments import file_path
+from drake_ltl.cli.outcome import check_writable, console, write_json
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 
 

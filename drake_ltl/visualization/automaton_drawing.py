@@ -74,20 +74,29 @@ def automaton_graph(name: str, formula: str) -> AutomatonGraph | None:
 
 def automaton_svg(graph: AutomatonGraph) -> str:
     """A drawing, the same for the same automaton."""
-    return graphviz_svg(graph) or automaton_drawing(graph).svg()
+    drawn = _by_graphviz(graph, "svg")
+    if drawn is None:
+        return automaton_drawing(graph).svg()
+    text = drawn.decode()
+    return text[text.index("<svg") :]
 
 
-def graphviz_svg(graph: AutomatonGraph) -> str | None:
-    """None where Graphviz is not installed."""
+def automaton_pdf(graph: AutomatonGraph) -> bytes:
+    """The same drawing, for print."""
+    return _by_graphviz(graph, "pdf") or automaton_drawing(graph).render(["pdf"])["pdf"]
+
+
+def _by_graphviz(graph: AutomatonGraph, kind: str) -> bytes | None:
+    """None where Graphviz is not installed, or cannot draw such files."""
     program = shutil.which("dot")
     if program is None:
         return None
-    command = [program, "-Tsvg"]
+    command = [program, f"-T{kind}"]
     try:
-        done = subprocess.run(command, input=dot(graph), capture_output=True, text=True, timeout=PATIENCE, check=True)
+        done = subprocess.run(command, input=dot(graph).encode(), capture_output=True, timeout=PATIENCE, check=True)
     except (subprocess.SubprocessError, OSError):
         return None
-    return done.stdout[done.stdout.index("<svg") :]
+    return done.stdout
 
 
 def dot(graph: AutomatonGraph) -> str:

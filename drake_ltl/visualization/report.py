@@ -21,7 +21,7 @@ from drake_ltl.shown import to_html
 from drake_ltl.verification.data import finite_part
 from drake_ltl.verification.table import verdict_table
 from drake_ltl.verification.verdict import Verdict
-from drake_ltl.visualization.automaton_drawing import AutomatonGraph, automaton_graphs, automaton_svg
+from drake_ltl.visualization.automaton_drawing import AutomatonGraph, automaton_graphs, automaton_pdf, automaton_svg
 from drake_ltl.visualization.evidence import evidence
 from drake_ltl.visualization.figures import run_drawings
 from drake_ltl.visualization.force_figures import team_forces
@@ -31,7 +31,9 @@ from drake_ltl.visualization.style import Drawing
 from drake_ltl.visualization.words import actions_words
 
 NAME = "report.html"
-FORMATS = ("png", "svg", "pdf")
+FIGURES = "figures"
+"""Their folder, beside the page."""
+FORMATS = ("svg", "pdf")
 MOST_STEPS = 24
 """Steps whose ways are shown one by one; of longer runs the first."""
 MOST_EDGES = 60
@@ -47,7 +49,7 @@ def write_report(
     geometry: Geometry,
     plan: Plan | None = None,
 ) -> list[Path]:
-    """Writes report.html, and every figure as PNG, SVG and PDF, into `directory` (made if it is not there).
+    """Writes report.html, and into the folder `figures` every figure as SVG and PDF; makes what folders are missing.
 
     Args:
         scenario: the one the recording was made of.
@@ -61,24 +63,25 @@ def write_report(
     Raises:
         OSError: a file cannot be written.
     """
-    directory = Path(directory)
-    directory.mkdir(parents=True, exist_ok=True)
+    page, folder = Path(directory) / NAME, Path(directory) / FIGURES
+    folder.mkdir(parents=True, exist_ok=True)
     drawings = [map_drawing(scenario, geometry, check_starts(scenario, geometry))]
     drawings += run_drawings(recording, scenario, lambda: team_forces(finite_part(recording), scenario))
     pictures = {}
-    files = [directory / NAME]
+    files = [page]
     for drawing in drawings:
         rendered = drawing.render((*FORMATS, "page") if _is_shown(drawing) else FORMATS[:1])
         if "page" in rendered:
             pictures[drawing.name] = Picture(drawing.title, rendered.pop("page").decode())
         for kind, content in rendered.items():
-            files.append(directory / f"{drawing.name}.{kind}")
+            files.append(folder / f"{drawing.name}.{kind}")
             _write(files[-1], content)
     graphs = [(graph, automaton_svg(graph)) for graph in automaton_graphs(scenario)]
-    for number, (_, svg) in enumerate(graphs, start=1):
-        files.append(directory / f"automaton_{number}.svg")
-        _write(files[-1], svg.encode())
-    _write(files[0], report_html(recording, scenario, verdict, pictures, graphs, plan).encode())
+    for number, (graph, svg) in enumerate(graphs, start=1):
+        for kind, content in (("svg", svg.encode()), ("pdf", automaton_pdf(graph))):
+            files.append(folder / f"automaton_{number}.{kind}")
+            _write(files[-1], content)
+    _write(page, report_html(recording, scenario, verdict, pictures, graphs, plan).encode())
     return files
 
 
@@ -123,7 +126,7 @@ def report_html(
         ("Clearances", _pictures(figures, "clearances")),
         ("Lyapunov function", _pictures(figures, "lyapunov")),
         ("Forces, shares and torques", [_FORCES, *_pictures(figures, "forces", "effort")]),
-        ("Automata", [_AUTOMATA, *(_automaton(*graph) for graph in graphs)] if graphs else []),
+        ("Automata", [_AUTOMATA, *(_automaton(n, *graph) for n, graph in enumerate(graphs, 1))] if graphs else []),
         ("Versions", [_versions(recording)]),
     ]
     shown = [(title, "\n".join(parts)) for title, parts in sections if any(parts)]
@@ -190,14 +193,15 @@ def _steps(recording: Recording, figures: Mapping[str, Picture]) -> str:
         picture = "".join(_pictures(figures, name))
         parts.append(f"<details><summary>Step {step.number + 1}: {text}</summary>{picture}</details>")
     if len(recording.steps) > len(large):
-        parts.append(f"<p>The other {len(recording.steps) - len(large)} steps are in the files beside this one.</p>")
+        parts.append(f"<p>The other {len(recording.steps) - len(large)} steps are in the folder {FIGURES}.</p>")
     return "\n".join(parts)
 
 
-def _automaton(graph: AutomatonGraph, svg: str) -> str:
+def _automaton(number: int, graph: AutomatonGraph, svg: str) -> str:
     states, edges = graph.num_states, len(graph.edges)
     count = f"{states} state{'s' * (states != 1)}, {edges} edge{'s' * (edges != 1)}"
-    caption = f"{escape(graph.name)}: <code>{escape(spaced(graph.formula))}</code> ({count})"
+    caption = f"{escape(graph.name)}: <code>{escape(spaced(graph.formula))}</code> ({count}) "
+    caption += _links(f"automaton_{number}")
     picture = _image(svg, f"automaton of {graph.name}", "automaton")
     listed = ""
     if not graph.has_labels:
@@ -219,9 +223,14 @@ def _pictures(figures: Mapping[str, Picture], *names: str) -> list[str]:
 
 
 def _picture(name: str, picture: Picture) -> str:
-    files = " ".join(f'<a href="{name}.{kind}">{kind.upper()}</a>' for kind in FORMATS)
-    caption = f"<figcaption>{escape(picture.title)} <span>{files}</span></figcaption>"
+    caption = f"<figcaption>{escape(picture.title)} {_links(name)}</figcaption>"
     return f"<figure>{_image(picture.svg, picture.title)}{caption}</figure>"
+
+
+def _links(name: str) -> str:
+    """To the files of a figure."""
+    files = " ".join(f'<a href="{FIGURES}/{name}.{kind}">{kind.upper()}</a>' for kind in FORMATS)
+    return f"<span>{files}</span>"
 
 
 def _image(svg: str, text: str, kind: str = "") -> str:

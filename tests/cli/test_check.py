@@ -42,6 +42,18 @@ def test_no_file(drake_ltl, tmp_path):
     assert len(result.err.splitlines()) == 1
 
 
+def test_an_example_by_its_name(drake_ltl, tmp_path, monkeypatch):
+    """A file of that name comes first."""
+    monkeypatch.chdir(tmp_path)
+    assert drake_ltl("check", "patrol").out == "no mistakes found: 2 regions, 1 agent, 0 objects\n"
+    (tmp_path / "patrol").write_text("", encoding="utf-8")
+    assert "patrol: is empty" in drake_ltl("check", "patrol").err
+    unknown = drake_ltl("check", "patrul")
+    assert unknown.status == 2
+    assert unknown.err.startswith("patrul: is neither a file nor the name of an example; examples are case_i, case_ii,")
+    assert len(unknown.err.splitlines()) == 1
+
+
 def test_models_elsewhere_are_allowed_on_the_command_line(drake_ltl, changed, tmp_path_factory):
     folder = tmp_path_factory.mktemp("robots")
     arm = model_files.resolve("package://drake_ltl_models/agents/planar_arm.urdf")

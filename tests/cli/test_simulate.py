@@ -56,7 +56,11 @@ def test_everything_is_written(drake_ltl, shuttle_file, tmp_path):
     assert read(report / "verdict.json") == data
     assert json.loads((report / "plan.json").read_text(encoding="utf-8"))["status"] == "optimal"
     assert (report / "recording.npz").read_bytes() == (tmp_path / "run.npz").read_bytes()
-    assert len(list(report.glob("*.png"))) >= 3
+    figures = {path.name for path in (report / "figures").iterdir()}
+    assert {name.removesuffix(".svg") for name in figures if name.endswith(".svg")} == {
+        name.removesuffix(".pdf") for name in figures if name.endswith(".pdf")
+    }
+    assert {"map.pdf", "step_02.pdf", "steps.pdf", "clearances.pdf", "lyapunov.pdf", "automaton_1.pdf"} <= figures
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "<html" in page.lower()
     assert "mission_controller" in (tmp_path / "systems.dot").read_text(encoding="utf-8")
@@ -72,6 +76,12 @@ def test_what_was_simulated_can_be_verified(drake_ltl, shuttle_file, tmp_path):
     data = read(tmp_path / "verdict.json")
     assert data["satisfied"] is True
     assert data["wall_seconds"] is data["realtime_factor"] is None  # which no recording knows
+    report = drake_ltl("view", tmp_path / "run.npz", "--report", tmp_path)
+    assert (report.status, report.err) == (0, "")
+    assert report.out.replace("\n", "") == f"wrote {tmp_path / 'report.html'}"
+    assert "shuttle: report" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert read(tmp_path / "verdict.json") == data
+    assert (tmp_path / "figures" / "step_04.pdf").read_bytes().startswith(b"%PDF-")
 
 
 def test_a_run_that_fails_is_violated(drake_ltl, shuttle_file, tmp_path):

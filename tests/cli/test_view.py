@@ -123,6 +123,13 @@ def test_a_page_is_written(drake_ltl, scene, tmp_path):
     assert "MeshCat" in page
 
 
+def test_who_writes_files_shows_nothing(drake_ltl, scene, tmp_path):
+    result = drake_ltl("view", scene[1], "--report", tmp_path / "report", "--meshcat-host", "localhost")
+    assert result.status == 2
+    assert result.err.startswith("--meshcat-host: has nothing to show;")
+    assert not (tmp_path / "report").exists()
+
+
 def test_what_is_no_recording(drake_ltl, tmp_path, examples):
     for path in (tmp_path / "none.npz", examples / "case_ii.yaml"):
         result = drake_ltl("view", path)
@@ -142,9 +149,10 @@ def test_a_run_without_samples(drake_ltl, scene, tmp_path):
 
 
 def test_it_is_shown_until_ctrl_c(scene):
-    with subprocess.Popen([SCRIPT, "view", scene[1]], stderr=subprocess.PIPE, text=True) as process:
+    command = [SCRIPT, "view", scene[1], "--meshcat-host", "127.0.0.1"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         line = process.stderr.readline()
-        address = next(word for word in line.split() if word.startswith("http://localhost:"))
+        address = next(word for word in line.split() if word.startswith("http://127.0.0.1:"))
         with urllib.request.urlopen(address, timeout=30) as answer:
             assert b"meshcat" in answer.read().lower()
         process.send_signal(signal.SIGINT)

@@ -9,7 +9,13 @@ import pytest
 from matplotlib.figure import Figure
 
 from drake_ltl.visualization import automaton_drawing
-from drake_ltl.visualization.automaton_drawing import automaton_graph, automaton_graphs, automaton_svg, dot
+from drake_ltl.visualization.automaton_drawing import (
+    automaton_graph,
+    automaton_graphs,
+    automaton_pdf,
+    automaton_svg,
+    dot,
+)
 
 
 @pytest.fixture
@@ -40,13 +46,14 @@ def test_each_formula_and_their_conjunction(case_ii):
 
 
 @pytest.mark.parametrize("graphviz", [True, False])
-def test_drawings_are_svg(graph, graphviz, monkeypatch):
+def test_drawings_are_svg_and_pdf(graph, graphviz, monkeypatch):
     if graphviz and shutil.which("dot") is None:
         pytest.skip("Graphviz is not installed")
     if not graphviz:
         monkeypatch.setattr(automaton_drawing.shutil, "which", lambda _: None)
     svg = automaton_svg(graph)
     assert ElementTree.fromstring(svg[svg.index("<svg") :]).tag.endswith("svg")
+    assert automaton_pdf(graph).startswith(b"%PDF-")
 
 
 def test_dot_has_every_state_and_edge(graph):
