@@ -18,12 +18,13 @@ from pydrake.multibody.plant import (
 from pydrake.multibody.tree import ModelInstanceIndex, MultibodyConstraintId
 from pydrake.systems.framework import Context, DiagramBuilder
 
+from drake_ltl.multibody.drive_agent import FLOOR_FRICTION
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.parsing import GRASP_FRAME, HANDLE_PREFIX, AddAgentModel, AddObjectModel
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.program import Weld, all_welds
 
-FRICTION = CoulombFriction(0.6, 0.6)
+FRICTION = CoulombFriction(FLOOR_FRICTION, FLOOR_FRICTION)
 """Of the floor."""
 
 
@@ -66,7 +67,8 @@ def AddTransportPlant(
     """Adds a discrete MultibodyPlant (SAP) and its SceneGraph with everything in the scenario.
 
     Grippers may touch handles: contact between an agent's end-effector and an object's handle is filtered, and so
-    is that between agents and the floor on which they roll. All other contact is real.
+    is that between holonomic agents and the floor on which they roll. All other contact is real; differential drives
+    move by that of their tyres alone.
 
     Args:
         sampled_outputs: whether accelerations, reaction forces and contact results are those of the latest step,
@@ -124,11 +126,12 @@ def _filter_contact(
     objects: Mapping[str, ModelInstanceIndex],
 ) -> None:
     inspector = scene_graph.model_inspector()
-    bodies = [plant.get_body(i) for instance in agents.values() for i in plant.GetBodyIndices(instance)]
+    arms = [instance for instance in agents.values() if plant.HasFrameNamed(GRASP_FRAME, instance)]
+    bodies = [plant.get_body(i) for instance in arms for i in plant.GetBodyIndices(instance)]
     rolling = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
     grippers = [
         geometry
-        for instance in agents.values()
+        for instance in arms
         for geometry in plant.GetCollisionGeometriesForBody(plant.GetFrameByName(GRASP_FRAME, instance).body())
     ]
     handles = [

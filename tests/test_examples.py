@@ -30,6 +30,7 @@ COSTS = {
     "gathering": 2904.0,
     "turned_crate": 725.0,
     "spare_hand": 972.0,
+    "courier": 1337.5,
 }
 """J of the plan, proven least; sums of squared distances of regions, exact but for rounding."""
 LARGE = ["example_1"]

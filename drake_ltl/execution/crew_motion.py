@@ -17,7 +17,7 @@ class CrewMotion:
     centre: Mapping[str, np.ndarray]
     """agent -> c_i (T, 3) [m] in W"""
     grasp_jacobian: Mapping[str, np.ndarray]
-    """agent -> J_i (T, 6, n_i)"""
+    """agent with an arm -> J_i (T, 6, n_i)"""
     kinetic_energy: np.ndarray
     """(T,) [J]"""
 
@@ -27,7 +27,7 @@ def crew_motion(crew: CrewModel, q: Mapping[str, np.ndarray], qd: np.ndarray) ->
     T, stacked = len(qd), np.concatenate([*q.values()], axis=1)
     motion = CrewMotion(
         centre={name: np.empty((T, 3)) for name in q},
-        grasp_jacobian={name: np.empty((T, 6, rows.shape[1])) for name, rows in q.items()},
+        grasp_jacobian={name: np.empty((T, 6, q[name].shape[1])) for name in crew.with_arms},
         kinetic_energy=np.empty(T),
     )
     for row in range(T):
@@ -35,5 +35,6 @@ def crew_motion(crew: CrewModel, q: Mapping[str, np.ndarray], qd: np.ndarray) ->
         motion.kinetic_energy[row] = crew.kinetic_energy()
         for name in q:
             motion.centre[name][row] = crew.centre(name)
+        for name in crew.with_arms:
             motion.grasp_jacobian[name][row] = crew.grasp_jacobian(name)
     return motion

@@ -33,7 +33,7 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
     weld_index = status[:, 2 + len(agents) :].astype(int)
     step, phase = status[:, 0].astype(int), status[:, 1].astype(int)
     intervals = list(read_intervals(mission, step, phase, signal, reaches))
-    motion = crew_motion(CrewModel(mission.scenario.agents), q, moving_velocities(bodies, intervals))
+    motion = crew_motion(CrewModel(mission.scenario.agents), q, moving_velocities(mission, bodies, intervals))
     plan = mission.program.mission.plan
     geometry = mission.models.geometry
     return Recording(
@@ -64,7 +64,7 @@ def read_logs(mission: MissionDiagram, root_context: Context, num_steps: int, re
         grasp=_grasped(mission, tuple(pose), weld_index),
         lyapunov=lyapunov_values(mission, intervals, bodies, motion),
         effort=np.column_stack([_effort(mission, name, tau) for name, tau in zip(agents, torque, strict=True)]),
-        manipulability=np.column_stack([_manipulability(J) for J in motion.grasp_jacobian.values()]),
+        manipulability=np.column_stack([_manipulability(motion.grasp_jacobian.get(n), len(time)) for n in agents]),
     )
 
 
@@ -109,9 +109,9 @@ def _effort(mission: MissionDiagram, agent: str, torque: np.ndarray) -> np.ndarr
     return np.abs(torque / mission.models.agents[agent].effort_limits).max(axis=1)
 
 
-def _manipulability(J: np.ndarray) -> np.ndarray:
-    """(T,) of Jacobians (T, 6, n)."""
-    return manipulability(J) if len(J) else np.zeros(0)
+def _manipulability(J: np.ndarray | None, samples: int) -> np.ndarray:
+    """(T,) of Jacobians (T, 6, n); 0 of an agent that has no arm."""
+    return np.zeros(samples) if J is None or not samples else manipulability(J)
 
 
 def _grasped(mission: MissionDiagram, objects: tuple[str, ...], weld_index: np.ndarray) -> np.ndarray:

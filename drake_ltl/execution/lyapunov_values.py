@@ -39,12 +39,14 @@ class Bodies:
         return Snapshot(q, {name: rows[row, 4:] for name, rows in self.pose.items()})
 
 
-def moving_velocities(bodies: Bodies, intervals: Sequence[Interval]) -> np.ndarray:
-    """qd of all agents, stacked (T, n); 0 of those who do not move under a navigation function."""
+def moving_velocities(mission: MissionDiagram, bodies: Bodies, intervals: Sequence[Interval]) -> np.ndarray:
+    """qd of all agents, stacked (T, n); 0 of those who do not move under a navigation function, and of drives, of whose
+    energy not all counts."""
     moving = {name: np.zeros_like(qd) for name, qd in bodies.qd.items()}
     for interval in intervals:
         travels, transports, _ = interval.moving
-        for name in (*(task.agent for task in travels), *(agent for task in transports for agent in task.team)):
+        travelling = (task.agent for task in travels if mission.models.agents[task.agent].has_arm)
+        for name in (*travelling, *(agent for task in transports for agent in task.team)):
             moving[name][interval.rows] = bodies.qd[name][interval.rows]
     return np.concatenate([*moving.values()], axis=1)
 
@@ -62,6 +64,8 @@ def lyapunov_values(
         here = interval.rows
         V[here] = mission.scenario.controller.force * _potential(mission, builder, interval, bodies, motion)
         V[here] += motion.kinetic_energy[here]
+        for task in interval.moving.travels:
+            V[here] += _drive_energy(mission.models.agents[task.agent], bodies, here)
         for task in interval.moving.transports:
             V[here] += _kinetic_energy(mission, task.object, bodies, here)
             for name in task.team:
@@ -77,8 +81,7 @@ def _potential(
     field = builder.field(interval.moving, bodies.snapshot(here.start), interval.reaches)
     gamma, p = np.zeros(here.stop - here.start), []
     for task in travels:
-        error = bodies.q[task.agent][here] - task.q_goal
-        gamma += error**2 @ mission.models.agents[task.agent].gamma_weights
+        gamma += mission.models.agents[task.agent].gamma(bodies.q[task.agent][here], task.q_goal)
         p.append(motion.centre[task.agent][here])
     for task in transports:
         pose = bodies.pose[task.object][here]
@@ -98,6 +101,14 @@ def _kinetic_energy(mission: MissionDiagram, obj: str, bodies: Bodies, here: sli
     model = mission.models.objects[obj]
     states = zip(bodies.pose[obj][here, :4], bodies.velocity[obj][here], strict=True)
     return np.array([model.kinetic_energy(quaternion, V_WO) for quaternion, V_WO in states])
+
+
+def _drive_energy(model: AgentModel, bodies: Bodies, here: slice) -> np.ndarray | float:
+    """Of a differential drive."""
+    if model.has_arm:
+        return 0.0
+    name = model.agent.name
+    return np.array([model.energy(*row) for row in zip(bodies.q[name][here], bodies.qd[name][here], strict=True)])
 
 
 def _posture_energy(model: AgentModel, q: np.ndarray, motion: CrewMotion, here: slice, name: str) -> np.ndarray | float:

@@ -42,6 +42,9 @@ class AgentModel:
     several systems of one diagram. It is not safe to share between threads.
     """
 
+    has_arm = True
+    """Whether it can grasp; see `DriveAgent` for agents that cannot."""
+
     def __init__(self, agent: Agent):
         """Raises InvalidInputError where the model cannot be used (see AddAgentModel), has no collision geometry, or
         has first joints that do not move the whole robot along the world's x and y."""
@@ -59,7 +62,7 @@ class AgentModel:
         )
         require_collision_geometry([balls for _, balls in self._outer], f"agents.{agent.name}.model", agent.model)
         self._world = self.plant.world_frame()
-        self._grasp = self.plant.GetFrameByName(GRASP_FRAME)
+        self._grasp = self.plant.GetFrameByName(GRASP_FRAME) if self.has_arm else None
         self._centre = self.plant.GetFrameByName(CENTRE_FRAME)
         self._require_holonomic_base()
 
@@ -112,6 +115,29 @@ class AgentModel:
         turned[:NUM_BASE_JOINTS] = c * q[0] - s * q[1], s * q[0] + c * q[1]
         turned[NUM_BASE_JOINTS] += self.yaw_direction * angle
         return turned
+
+    @property
+    def start_arm(self) -> np.ndarray | None:
+        """All joints but x and y at the start (n - 2,), if the scenario says where they are."""
+        return None if self.agent.joints is None else np.asarray(self.agent.joints, dtype=float)
+
+    def arriving(self, q: np.ndarray, region: str) -> np.ndarray:
+        """q (n,) as it should be when it has travelled to a region."""
+        return q
+
+    def goal_error(self, q: np.ndarray, q_goal: np.ndarray) -> tuple[float, np.ndarray]:
+        """gamma_z [m^2] and half its gradient (n,)."""
+        error = q - q_goal
+        slope = self.gamma_weights * error
+        return float(slope @ error), slope
+
+    def gamma(self, q: np.ndarray, q_goal: np.ndarray) -> np.ndarray:
+        """gamma_z (...) [m^2] of configurations (..., n)."""
+        return (q - q_goal) ** 2 @ self.gamma_weights
+
+    def joint_error(self, q: np.ndarray, q_goal: np.ndarray) -> float:
+        """Of the joint that is farthest from where it should be, but for x and y [rad]."""
+        return float(np.abs((q - q_goal)[NUM_BASE_JOINTS:]).max())
 
     @cached_property
     def gamma_weights(self) -> np.ndarray:
@@ -191,6 +217,10 @@ class AgentModel:
     def kinetic_energy(self, q: np.ndarray, qd: np.ndarray) -> float:
         """qd^T B(q) qd / 2 [J]."""
         return 0.5 * float(qd @ self.inertia(q) @ qd)
+
+    def energy(self, q: np.ndarray, qd: np.ndarray) -> float:
+        """What its motion adds to V [J]."""
+        return self.kinetic_energy(q, qd)
 
     def centre(self, q: np.ndarray) -> np.ndarray:
         """c_i(q) (3,) [m] in W, the centre of the bounding sphere."""

@@ -29,7 +29,11 @@ class CrewModel:
         self._context, self._world = plant.CreateDefaultContext(), plant.world_frame()
         self._forces = MultibodyForces(plant)
         self._centre = {name: plant.GetFrameByName(CENTRE_FRAME, instance) for name, instance in instances.items()}
-        self._gripper = {name: plant.GetFrameByName(GRASP_FRAME, instance) for name, instance in instances.items()}
+        self._gripper = {
+            name: plant.GetFrameByName(GRASP_FRAME, instance)
+            for name, instance in instances.items()
+            if plant.HasFrameNamed(GRASP_FRAME, instance)
+        }
         self.n = plant.num_velocities()
         ends = np.cumsum([0, *(plant.num_velocities(instance) for instance in instances.values())]).tolist()
         self.rows: Mapping[str, slice] = {
@@ -39,6 +43,11 @@ class CrewModel:
         numbers = np.arange(self.n, dtype=float)
         stacked = np.concatenate([plant.GetVelocitiesFromArray(instance, numbers) for instance in instances.values()])
         assert np.array_equal(stacked, numbers)  # Drake orders trees of bodies as they were added
+
+    @property
+    def with_arms(self) -> tuple[str, ...]:
+        """Agents that have a gripper."""
+        return tuple(self._gripper)
 
     def set_state(self, q: np.ndarray, qd: np.ndarray) -> None:
         """To configurations and velocities (n,)."""

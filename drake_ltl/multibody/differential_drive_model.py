@@ -8,21 +8,17 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.errors import InvalidInputError, Mistake
-from drake_ltl.models import package_xml
 from drake_ltl.multibody.collision_balls import body_balls, farthest, moved
-from drake_ltl.multibody.parsing import CENTRE_FRAME
-from drake_ltl.scenario.model_files import resolve
+from drake_ltl.multibody.parsing import CENTRE_FRAME, parse_model
+from drake_ltl.scenario.model_files import WHEELS, resolve
 
 DIFFERENTIAL_DRIVE = "package://drake_ltl_models/bases/differential_drive.urdf"
 """The one that is shipped."""
-WHEELS = ("left", "right")
-"""Names of the wheels' joints."""
 TOLERANCE = 1e-3
 """Of the symmetry that the control law counts on [m]."""
 
@@ -50,18 +46,7 @@ def AddDifferentialDrive(plant: MultibodyPlant, name: str, model: str = DIFFEREN
 
     Raises InvalidInputError if there is no such file, or it does not parse.
     """
-    parser = Parser(plant, model_name_prefix="")
-    parser.SetAutoRenaming(True)
-    parser.package_map().AddPackageXml(str(package_xml()))
-    path = _file(name, model)
-    try:
-        (instance,) = parser.AddModels(str(path))
-    except (RuntimeError, ValueError) as error:
-        reason = str(error).strip().splitlines()[-1]
-        what = f"{path.name} does not parse: {reason}"
-        raise InvalidInputError([Mistake(f"{name}.model", what, "mend the file")]) from error
-    plant.RenameModelInstance(instance, name)
-    return instance
+    return parse_model(plant, f"{name}.model", _file(name, model), name)
 
 
 class DifferentialDriveModel:
@@ -119,6 +104,14 @@ class DifferentialDriveModel:
         """Of the smallest sphere about `bounding_centre` that covers it [m]."""
         self._require_symmetry(X_WL, X_WR, left, right, centre, float((balls[:, 2] - balls[:, 3]).min()))
         self.mass, self.inertia = self._reduced_inertia()
+        self.weight: float = -plant.CalcGravityGeneralizedForces(self._context)[self._starts[1] + 5]
+        """[N]"""
+        tyres = [g for wheel in (left, right) for g in plant.GetCollisionGeometriesForBody(wheel.child_body())]
+        materials = map(scene_graph.model_inspector().GetProximityProperties, tyres)
+        self.tyre_friction: float = min(
+            m.GetProperty("material", "coulomb_friction").static_friction() for m in materials
+        )
+        """Static coefficient of the wheels."""
 
     def planar_state(self, x: np.ndarray) -> PlanarState:
         """Of the model instance's state (q, v) (num_states,)."""

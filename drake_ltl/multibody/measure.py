@@ -10,6 +10,7 @@ import numpy as np
 
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.multibody.drive_agent import make_agent_model
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.multibody.pair_distance import PairDistance
 from drake_ltl.multibody.postures import GraspConfiguration, grasp_configurations
@@ -57,7 +58,7 @@ def MeasureGeometry(scenario: Scenario) -> MeasuredModels:
         InvalidInputError: a model cannot be used, an arm starts beyond its joints' limits, a radius is too small, or
             nobody can turn an object that is to be turned.
     """
-    agents = {agent.name: AgentModel(agent) for agent in scenario.agents}
+    agents = {agent.name: make_agent_model(agent, scenario) for agent in scenario.agents}
     _check_start_joints(agents)
     objects = {obj.name: ObjectModel(obj) for obj in scenario.objects}
     grasps = {(a, o): _grasps(agents[a], objects[o]) for a, o in itertools.product(agents, objects)}
@@ -124,6 +125,8 @@ def posture_name(postures: Mapping[str, np.ndarray], configuration: GraspConfigu
 
 def _grasps(model: AgentModel, obj: ObjectModel) -> tuple[GraspConfiguration, ...]:
     """Ways to grasp the object that come nowhere too close to it, and can be kept while it is turned."""
+    if not model.has_arm:
+        return ()
     X_WO, distance = obj.pose(np.array([0.0, 0.0, obj.height]), obj.object.heading), PairDistance(model.agent, obj)
     pose = np.concatenate([X_WO.rotation().ToQuaternion().wxyz(), X_WO.translation()])
 
@@ -182,8 +185,8 @@ def _postures(
         if not any(np.allclose(arm, other, rtol=0.0, atol=1e-6) for other in table.values()):
             table[name] = arm
 
-    if model.agent.joints is not None:
-        add("start", np.asarray(model.agent.joints, dtype=float))
+    if (start := model.start_arm) is not None:
+        add("start", start)
     for (a, o), configurations in grasps.items():
         for configuration in configurations:
             if a == agent:

@@ -85,5 +85,7 @@ def geometries_of(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Sequen
 
 
 def gripper_of(plant: MultibodyPlant, agent: ModelInstanceIndex) -> Sequence[GeometryId]:
-    """Of the end effector's link."""
+    """Of the end effector's link; none of an agent without one."""
+    if not plant.HasFrameNamed(GRASP_FRAME, agent):
+        return []
     return plant.GetCollisionGeometriesForBody(plant.GetFrameByName(GRASP_FRAME, agent).body())

@@ -14,9 +14,10 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.models import package_xml
+from drake_ltl.multibody import drive_urdf
 from drake_ltl.scenario.model import Agent, TransportObject
 from drake_ltl.scenario.model_access import package_of
-from drake_ltl.scenario.model_files import resolve
+from drake_ltl.scenario.model_files import is_drive, resolve
 
 GRASP_FRAME = "grasp"
 """Frame of an agent's URDF at the gripper's tip, z forward: the end-effector frame {E}."""
@@ -36,7 +37,7 @@ def AddAgentModel(plant: MultibodyPlant, agent: Agent) -> ModelInstanceIndex:
     """Adds the agent's URDF under its own name, its arm turned by its heading.
 
     The heading is the yaw of the fixed joint `mount`. An arm without one that has a yaw joint is not turned: it turns
-    itself to grasp along the heading.
+    itself to grasp along the heading. A differential drive stands on the joints of `drive_urdf` and has no gripper.
 
     Raises:
         InvalidInputError: the file cannot be parsed, lacks the frames `grasp` and `bounding_centre`, has a
@@ -44,8 +45,9 @@ def AddAgentModel(plant: MultibodyPlant, agent: Agent) -> ModelInstanceIndex:
     """
     path = resolve(agent.model)
     actuators_before = plant.num_actuators()
-    instance = _parse(plant, f"agents.{agent.name}.model", path, agent.name, _with_heading(agent, path))
-    for frame in (GRASP_FRAME, CENTRE_FRAME):
+    has_arm = not has_wheels(agent)
+    instance = parse_model(plant, f"agents.{agent.name}.model", path, agent.name, _edited(agent, path, has_arm))
+    for frame in (GRASP_FRAME, CENTRE_FRAME) if has_arm else (CENTRE_FRAME,):
         if not plant.HasFrameNamed(frame, instance):
             raise InvalidInputError(
                 [
@@ -57,7 +59,7 @@ def AddAgentModel(plant: MultibodyPlant, agent: Agent) -> ModelInstanceIndex:
                 ]
             )
     joints = [plant.get_joint(index) for index in plant.GetJointIndices(instance)]
-    dofs = sum(joint.num_velocities() for joint in joints)
+    dofs = sum(joint.num_velocities() for joint in joints) - (0 if has_arm else len(drive_urdf.FREE_JOINTS))
     actuators = plant.num_actuators() - actuators_before
     if actuators != dofs:
         raise InvalidInputError(
@@ -81,7 +83,7 @@ def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstance
     """
     path = resolve(obj.model)
     where = f"objects.{obj.name}.model"
-    instance = _parse(plant, where, path, obj.name)
+    instance = parse_model(plant, where, path, obj.name)
     if len(plant.GetBodyIndices(instance)) != 1:
         raise InvalidInputError([Mistake(where, f"{path.name} has several links", "an object is one rigid link")])
     body = plant.get_body(plant.GetBodyIndices(instance)[0])
@@ -108,13 +110,24 @@ def AddObjectModel(plant: MultibodyPlant, obj: TransportObject) -> ModelInstance
     return instance
 
 
-def _with_heading(agent: Agent, path: Path) -> str:
-    """The URDF's text with the heading written into the yaw of its `mount` joint."""
+def has_wheels(agent: Agent) -> bool:
+    """Whether the agent is a differential drive. Raises InvalidInputError if its file is no URDF."""
+    path = resolve(agent.model)
+    try:
+        return is_drive(path)
+    except (OSError, ValueError) as error:
+        raise _unparsable(f"agents.{agent.name}.model", path, error) from error
+
+
+def _edited(agent: Agent, path: Path, has_arm: bool) -> str:
+    """The URDF's text with the heading written into the yaw of its `mount` joint; a drive's on joints."""
     where = f"agents.{agent.name}.model"
     try:
         text = path.read_text(encoding="utf-8")
         document = minidom.parseString(text)  # unlike ElementTree it keeps the prefix of Drake's tags
-        if agent.heading != 0.0:
+        if not has_arm:
+            drive_urdf.on_joints(document)
+        elif agent.heading != 0.0:
             _turn(agent, path, document)
     except (OSError, ExpatError, ValueError) as error:
         raise _unparsable(where, path, error) from error
@@ -169,8 +182,13 @@ def _anchor_files(document: minidom.Document, folder: Path) -> None:
             element.setAttribute("filename", (folder / name).absolute().as_uri())
 
 
-def _parse(plant: MultibodyPlant, where: str, path: Path, name: str, text: str | None = None) -> ModelInstanceIndex:
-    """Adds the file's model, or that of `text` in its place."""
+def parse_model(
+    plant: MultibodyPlant, where: str, path: Path, name: str, text: str | None = None
+) -> ModelInstanceIndex:
+    """Adds the file's model, or that of `text` in its place, as model instance `name`.
+
+    Raises InvalidInputError, with the place `where`, if it does not parse.
+    """
     parser = Parser(plant, model_name_prefix="")
     parser.SetAutoRenaming(True)
     packages = parser.package_map()

@@ -154,8 +154,10 @@ def _team_reach(agents: Mapping[str, AgentModel], obj: ObjectModel, grasps: Gras
 
 def _arm_samples(model: AgentModel) -> Iterator[tuple[float, ...]]:
     number = _samples_per_joint(model)
-    return itertools.product(*(np.linspace(lo, hi, number) for lo, hi in zip(*model.arm_limits, strict=True)))
+    ranges = zip(*model.arm_limits, strict=True)
+    return itertools.product(*(np.linspace(lo, hi, number if lo < hi else 1) for lo, hi in ranges))
 
 
 def _samples_per_joint(model: AgentModel) -> int:
-    return max(2, int(MAX_SAMPLES ** (1 / max(1, model.n - NUM_BASE_JOINTS))))
+    lower, upper = model.arm_limits
+    return max(2, int(MAX_SAMPLES ** (1 / max(1, int((lower < upper).sum())))))

@@ -17,6 +17,7 @@ instead of G tilted, phi remains smooth and G as it was.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -76,6 +77,16 @@ class Dipole:
         weight = 1.0 - (1.0 - self.ratio) / (1.0 + (along / self.reach) ** 2)
         errors = np.stack([weight * along, across], axis=-1)
         return 2.0 * errors @ self._axes
+
+    def at(self, x: float, y: float) -> tuple[float, float, float]:
+        """gamma [m^2] and its derivatives by x and y [m] at one point: the same for floats, as controllers ask."""
+        (c, s), (_, _) = self._axes.tolist()
+        x, y = x - self.p_goal[0], y - self.p_goal[1]
+        along, across = c * x + s * y, c * y - s * x
+        square, less = (along / self.reach) ** 2, 1.0 - self.ratio
+        gamma = across**2 + along**2 - less * self.reach**2 * math.log1p(square)
+        slope = 2.0 * (1.0 - less / (1.0 + square)) * along
+        return gamma, c * slope - s * 2.0 * across, s * slope + c * 2.0 * across
 
     def _errors(self, p: Array) -> tuple[Array, Array]:
         """s and l (...) [m]."""

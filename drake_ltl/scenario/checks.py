@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_ltl.scenario import model_access, model_files
+from drake_ltl.scenario import table as read
 from drake_ltl.scenario.model import Agent, Region, TransportObject
 from drake_ltl.scenario.names import check_name, is_name
 from drake_ltl.scenario.table import Table, UnfitValueError, did_you_mean, listing, shown
@@ -90,20 +91,37 @@ class ModelFolder:
     look: bool = True
 
 
-def check_agent_model(uri: str | None, folder: ModelFolder, joints: tuple[float, ...] | None, entry: Table) -> str:
-    """The model's URI or absolute path, after a look into its file; `joints` are the arm's at the start."""
+def check_agent_model(
+    uri: str | None, folder: ModelFolder, joints: tuple[float, ...] | None, entry: Table
+) -> tuple[str, bool | None]:
+    """The model's URI or absolute path, after a look into its file, and whether it has an arm, which a differential
+    drive has not (None if that is not known); `joints` are the arm's at the start."""
     path = _existing(uri, folder, "agents", entry)
     if path is None:
-        return uri or ""
+        return uri or "", None
     remedy = (
         "an agent is a URDF whose first two movable joints are the prismatic x and y of its base, "
-        "followed by at least two joints of its arm"
+        "followed by at least two joints of its arm; or a differential drive, of which nothing moves but its wheels, "
+        "joints left and right"
     )
     count = _look_into(lambda: model_files.check_agent(path), remedy, entry)
-    if count is not None and joints is not None and len(joints) != count:
+    if count == 0 and joints is not None:
+        entry.note(entry.where("joints"), f"{path.name} has no arm", "leave the key out")
+    elif count is not None and joints is not None and len(joints) != count:
         what = f"{shown(list(joints))} has {len(joints)} entries, {path.name} has {count} arm joints"
         entry.note(entry.where("joints"), what, f"write {count} angles, or leave the key out")
-    return _stored(uri, path)
+    return _stored(uri, path), None if count is None else count > 0
+
+
+def take_power(has_arm: bool | None, folder: ModelFolder, entry: Table) -> float:
+    """zeta_i: positive, but 0 of an agent that cannot grasp."""
+    may_be_zero = has_arm is False or not folder.look
+    reader = read.not_negative if may_be_zero else read.positive
+    power = entry.take("power", reader, 0.0 if has_arm is False else 1.0)
+    if has_arm is False and power:
+        what = f"{shown(power)} is of no use: the agent stands on two driven wheels and has no arm"
+        entry.note(entry.where("power"), what, "write 0, or leave the key out")
+    return power
 
 
 def check_object_model(uri: str | None, folder: ModelFolder, entry: Table) -> str:

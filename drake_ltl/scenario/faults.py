@@ -115,6 +115,10 @@ def read_faults(
     if found and turned:
         what = f"a mission with faults cannot turn objects, and {turned[0]} has `headings`"
         top.note("faults", what, "leave out one of the two")
+    drives = [agent.name for agent in agents if not agent.has_arm]
+    if found and drives:
+        what = f"a mission with faults cannot have differential drives, and {drives[0]} is one"
+        top.note("faults", what, "leave out one of the two")
     return found
 
 

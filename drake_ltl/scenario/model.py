@@ -45,6 +45,10 @@ class Agent:
     """Arm joint angles at the start; None lets the start posture be chosen."""
     radius: float | None = None
     """r_i; None means that it is measured from the model."""
+    has_arm: bool = True
+    """False of a differential drive: it travels, and grasps nothing."""
+    headings: Mapping[str, float] = field(default_factory=dict)
+    """Of a differential drive: region -> the heading with which it arrives there; elsewhere it is `heading`."""
 
 
 @dataclass(frozen=True)

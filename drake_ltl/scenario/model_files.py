@@ -14,6 +14,8 @@ BASE_JOINTS = 2
 """The first movable joints of an agent: x and y of its holonomic base."""
 FEWEST_ARM_JOINTS = 2
 """Fewer cannot set a gripper to a handle."""
+WHEELS = ("left", "right")
+"""The joints of a differential drive's wheels."""
 
 
 def resolve(uri: str, base: Path | None = None) -> Path:
@@ -60,14 +62,31 @@ def movable_joints(path: Path) -> tuple[tuple[str, str], ...]:
     return tuple((name, kind) for name, kind in joints if kind != "fixed")
 
 
+def is_drive(path: Path) -> bool:
+    """Whether the agent stands on two driven wheels: joints `left` and `right` and no base on prismatic joints.
+
+    Raises ValueError if the file is no URDF, OSError if it cannot be read.
+    """
+    joints = dict(movable_joints(path))
+    return all(wheel in joints for wheel in WHEELS) and [*joints.values()][:BASE_JOINTS] != ["prismatic"] * BASE_JOINTS
+
+
 def check_agent(path: Path) -> int:
-    """How many arm joints the agent has: its movable joints after those of the base.
+    """How many arm joints the agent has: its movable joints after those of the base, none on a differential drive.
 
     Raises:
         ValueError: the model cannot be an agent (or is no URDF).
         OSError: it cannot be read.
     """
     joints = movable_joints(path)
+    if is_drive(path):
+        if others := [name for name, _ in joints if name not in WHEELS]:
+            raise ValueError(
+                f"{path.name} moves {', '.join(others)} besides its wheels: on a base that cannot move sideways arms "
+                "cannot approach, grasp or carry"
+            )
+        _check_limits(path)
+        return 0
     fewest = BASE_JOINTS + FEWEST_ARM_JOINTS
     if len(joints) < fewest:
         names = ", ".join(name for name, _ in joints) or "none"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -98,8 +99,9 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
     sound = len(top.mistakes) == mistakes_before
     known = _known(services, checks.text_keys(agents_table, objects_table), regions) if sound else {}
     team_radius = top.take("team_radius", read.positive, None)
-    agents = _agents(agents_table, folder, known)
-    objects = _objects(objects_table, folder, known, team_radius, checks.usable_names(*(r.name for r in regions)))
+    region_names = checks.usable_names(*(region.name for region in regions))
+    agents = _agents(agents_table, folder, known, region_names)
+    objects = _objects(objects_table, folder, known, team_radius, region_names)
     checks.check_members(agents, objects, agents_table, objects_table)
     scenario = Scenario(
         name=name,
@@ -110,7 +112,7 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
         spec=top.take("spec", lambda value: formulas.check_global_formula(value, (members and known) or None), "1"),
         services=services,
         cost=top.take("cost", read.one_of("squared_distance", "distance"), "squared_distance"),
-        fits=_fits(top),
+        fits=_fits(top, agents),
         seed=top.take("seed", read.integer_from(0), 0),
         team_radius=team_radius,
         controller=_settings(top.table("controller"), ControllerSettings, _CONTROLLER_READERS),
@@ -136,22 +138,27 @@ def _regions(table: Table) -> tuple[Region, ...]:
     return tuple(regions)
 
 
-def _agents(table: Table, folder: checks.ModelFolder, known: dict[Any, tuple[str, ...]]) -> tuple[Agent, ...]:
+def _agents(
+    table: Table, folder: checks.ModelFolder, known: dict[Any, tuple[str, ...]], regions: list[str]
+) -> tuple[Agent, ...]:
     agents = []
     for index, (name, entry) in enumerate(table.tables()):
         checks.note_name(name, table)
-        model = entry.take("model", read.text)
+        file = entry.take("model", read.text)
         joints = entry.take("joints", read.number_list, None)
+        model, has_arm = checks.check_agent_model(file, folder, joints, entry)
         agents.append(
             Agent(
                 name=name,
-                model=checks.check_agent_model(model, folder, joints, entry),
+                model=model,
                 position=entry.take("position", read.numbers(2, "[x, y] in m")),
                 heading=entry.take("heading", read.number, index * HEADING_STEP),
-                power=entry.take("power", read.positive, 1.0),
+                power=checks.take_power(has_arm, folder, entry),
                 spec=_spec(entry, known.get(name)),
                 joints=joints,
                 radius=entry.take("radius", read.positive, None),
+                has_arm=has_arm is not False,
+                headings=_arrival_headings(has_arm, entry, regions),
             )
         )
         entry.close()
@@ -198,13 +205,22 @@ def _orientation(entry: Table) -> tuple[float, float, float]:
 
 
 def _headings(entry: Table, regions: list[str]) -> dict[str, float]:
-    """region -> heading with which the object is set down there."""
+    """region -> heading with which an object is set down there, or a drive arrives."""
     table = entry.table("headings")
     headings = {}
     for region in table:
         if regions and region not in regions:
             checks.note_unknown(region, regions, "region", table)
         headings[region] = table.take(region, read.number)
+    return headings
+
+
+def _arrival_headings(has_arm: bool | None, entry: Table, regions: list[str]) -> dict[str, float]:
+    """Of a differential drive."""
+    headings = _headings(entry, regions)
+    if has_arm and headings:
+        what = "only differential drives arrive with a heading; other agents do not turn to travel"
+        entry.note(entry.where("headings"), what, "leave the key out")
     return headings
 
 
@@ -235,9 +251,12 @@ def _services(top: Table, members: list[str], regions: tuple[Region, ...]) -> di
     return services
 
 
-def _fits(top: Table) -> PublishedFits | None:
+def _fits(top: Table, agents: Sequence[Agent]) -> PublishedFits | None:
     """None for `geometric`, which is the default."""
     if isinstance(top.peek("fits"), dict):
+        if drives := [agent.name for agent in agents if not agent.has_arm]:
+            what = f"the published counts take every agent for one that grasps, and {drives[0]} has no arm"
+            top.note("fits", what, "write geometric")
         return _settings(top.table("fits"), PublishedFits)
 
     def geometric(value: Any) -> None:

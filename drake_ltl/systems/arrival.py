@@ -76,9 +76,9 @@ class Arrival:
         return _fastest(now.qd[task.agent] if isinstance(task, TravelTask) else now.V_WO[task.object])
 
     def _travel_left(self, task: TravelTask, now: Measurement) -> str:
-        error, tolerances = now.q[task.agent] - task.q_goal, self.tolerances
-        distance = float(np.linalg.norm(error[:NUM_BASE_JOINTS]))
-        joint = float(np.abs(error[NUM_BASE_JOINTS:]).max())
+        q, tolerances = now.q[task.agent], self.tolerances
+        distance = float(np.linalg.norm((q - task.q_goal)[:NUM_BASE_JOINTS]))
+        joint = self.models.agents[task.agent].joint_error(q, task.q_goal)
         speed = self.speed(task, now)
         there = distance <= tolerances.position and joint <= tolerances.joint
         if there and speed <= tolerances.speed and self._agent_is_inside(task, now):

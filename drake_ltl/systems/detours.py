@@ -15,6 +15,7 @@ import numpy as np
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation.detour import arrival_order, detour, run_up
 from drake_ltl.systems.arrival import Arrival
+from drake_ltl.systems.drive_stages import set_out
 from drake_ltl.systems.legs import ALL, Leg, moving_tasks
 from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
 from drake_ltl.systems.progress import Measurement, Progress
@@ -31,11 +32,12 @@ PASSED_SPEED = 0.05
 """... and the last one at this speed [m/s, rad/s]: a swinging arm would overshoot where room is scarce."""
 
 
-def started(state: Progress, task: TravelTask | TransportTask, models: MeasuredModels) -> Progress:
+def started(state: Progress, task: TravelTask | TransportTask, models: MeasuredModels, now: Measurement) -> Progress:
     """With the task's agents in the mode in which they carry it out."""
     names = list(models.agents)
     if isinstance(task, TravelTask):
-        return state.with_agent(names.index(task.agent), mode=Mode.TRANSITION)
+        state = state.with_agent(names.index(task.agent), mode=Mode.TRANSITION)
+        return state if models.agents[task.agent].has_arm else set_out(state, task, models, now)
     mode = Mode.TRANSPORT + list(models.objects).index(task.object)
     for agent in task.team:
         state = state.with_agent(names.index(agent), mode=mode)
@@ -75,12 +77,12 @@ class Detours:
             if self.arrival.left(tasks[index], now) and (way := self._way(state, step, index, now)) is not None:
                 state = state.holding(now, but=frozenset({Mode.REACH}))
                 state = state.new_interval(now, way=tuple(way), active=index)
-                return started(state, tasks[index], self.models)
+                return started(state, tasks[index], self.models, now)
         if state.active == ALL:
             return replace(state, slow_since=now.time)
         state = state.new_interval(now, way=(), active=ALL)
         for task in tasks:
-            state = started(state, task, self.models)
+            state = started(state, task, self.models, now)
         return state
 
     def _place(self, task: TravelTask | TransportTask) -> np.ndarray:

@@ -64,9 +64,8 @@ def evaluate_field(field: StepField, force: float, models: Mapping[str, AgentMod
     gamma, slopes = 0.0, []
     for row, task in enumerate(travels):
         p[row] = world.centre(task.agent)
-        error = world.q(task.agent) - task.q_goal
-        slope = models[task.agent].gamma_weights * error
-        gamma += float(slope @ error)
+        gamma_z, slope = models[task.agent].goal_error(world.q(task.agent), task.q_goal)
+        gamma += gamma_z
         slopes.append(slope)
     for row, task in enumerate(transports, start=len(travels)):
         pose = world.q(task.object)

@@ -32,13 +32,14 @@ from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.systems.field_value import evaluate_field
+from drake_ltl.systems.drive_law import DriveLaw
+from drake_ltl.systems.field_value import REST, FieldValue, evaluate_field
 from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
 from drake_ltl.systems.latest_field import LatestField
 from drake_ltl.systems.posture_springs import PostureSprings
 from drake_ltl.systems.program import MissionProgram
-from drake_ltl.systems.progress import Progress
-from drake_ltl.systems.signals import Mode, pack_step, reach_ends
+from drake_ltl.systems.progress import AgentSignals, Progress
+from drake_ltl.systems.signals import Mode, Stage, pack_step, reach_ends
 from drake_ltl.systems.state_places import StatePlaces
 from drake_ltl.systems.step_field import StepField
 
@@ -52,6 +53,25 @@ class Carrier:
     """c_tau."""
     spring: PostureSpring | None
     """Of a redundant agent."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A differential drive."""
+
+    rows: slice
+    law: DriveLaw
+    hold: np.ndarray
+    """Where it holds (8,)."""
+    goal: np.ndarray | None = None
+    """Where it travels to (8,), if it does."""
+    stage: int = Stage.PARKED
+
+    def torques(self, q: np.ndarray, qd: np.ndarray, gradient: np.ndarray | None) -> np.ndarray:
+        """(8,) while k dPhi/dq is `gradient` (8,), None if it does not travel."""
+        if gradient is None or self.goal is None:
+            return self.law.hold(q, qd, self.hold)
+        return self.law.travel(q, qd, gradient, self.stage, self.goal)
 
 
 @dataclass(frozen=True)
@@ -75,7 +95,9 @@ class Orders:
     tracking: np.ndarray
     """1 for joints of agents that hold or reach, else 0."""
     moving: np.ndarray
-    """1 for joints that count in V, else 0."""
+    """1 for joints whose kinetic energy counts in V, else 0."""
+    drives: dict[str, Drive]
+    """Differential drives."""
 
 
 class MissionController(LeafSystem):
@@ -108,6 +130,11 @@ class MissionController(LeafSystem):
         self._damping = {
             name: model.damping(settings.base_damping, settings.arm_damping) for name, model in models.agents.items()
         }
+        self._drive_laws = {
+            name: DriveLaw(model, TRACKING_FREQUENCY, settings.speed_limit)
+            for name, model in models.agents.items()
+            if not model.has_arm
+        }
         self._team_damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
         self._object_gravity = {name: body_gravity(model.mass) for name, model in models.objects.items()}
         self._latest_orders: tuple[Progress | None, Orders | None] = (None, None)
@@ -138,7 +165,11 @@ class MissionController(LeafSystem):
         if not isfinite(np.add.reduce(x)) and (names := self._places.not_finite(x)):
             # a plant's own check would end the process
             raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {time:.3f} s")
-        output.SetFromVector(self._torques(time, orders, x[self._places.q], x[self._places.qd], x))
+        q, qd = x[self._places.q], x[self._places.qd]
+        torque, field = self._torques(time, orders, q, qd, x)
+        for name, drive in orders.drives.items():
+            torque[drive.rows] = drive.torques(q[drive.rows], qd[drive.rows], field.agents.get(name))
+        output.SetFromVector(torque)
 
     def _calc_lyapunov(self, context: Context, output: BasicVector) -> None:
         x, orders = self._state.Eval(context), self._orders_of(self._progress.Eval(context))
@@ -147,12 +178,14 @@ class MissionController(LeafSystem):
     def _calc_controls(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(np.append(self._torque.Eval(context), self._lyapunov.Eval(context)))
 
-    def _torques(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """(n,)"""
+    def _torques(
+        self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray
+    ) -> tuple[np.ndarray, FieldValue]:
+        """(n,) of all agents but differential drives, and what moves them all."""
         crew = self._crew
         torque = self._tracking_torque(time, orders, q, qd)
         if orders.field is None:
-            return torque
+            return torque, REST
         world = self._world(orders, q, x)
         field = evaluate_field(orders.field, self._settings.force, self._models.agents, world)
         for name, rows in orders.travels.items():
@@ -166,7 +199,7 @@ class MissionController(LeafSystem):
             if carrier.spring is not None:
                 tau += carrier.spring.torque(q[rows], qd[rows], J)
             torque[rows] = tau
-        return torque
+        return torque, field
 
     def _energy(self, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> float:
         """V [J]."""
@@ -181,6 +214,9 @@ class MissionController(LeafSystem):
         for name, pose in world.poses.items():
             V_WO = x[self._places.velocity[name]]
             energy += self._models.objects[name].kinetic_energy(pose[:4], V_WO)
+        for name, drive in orders.drives.items():
+            if drive.goal is not None:
+                energy += self._models.agents[name].energy(q[drive.rows], qd[drive.rows])
         return energy + self._crew.kinetic_energy()
 
     def _world(self, orders: Orders, q: np.ndarray, x: np.ndarray) -> _World:
@@ -221,7 +257,10 @@ class MissionController(LeafSystem):
         field = self._latest.of(step, progress.anchor, reaches)
         travels = {task.agent: self._crew.rows[task.agent] for task in field.travels} if field is not None else {}
         carriers = self._carriers(field, self._latest.snapshot(progress.anchor).q)
-        in_mode = {mode: [n for n, told in signals.items() if told.mode == mode] for mode in (Mode.HOLD, Mode.REACH)}
+        drives = {name: self._drive(name, told, field) for name, told in signals.items() if name in self._drive_laws}
+        travels = {name: rows for name, rows in travels.items() if name not in drives}
+        with_arms = {name: told for name, told in signals.items() if name not in drives}
+        in_mode = {mode: [n for n, told in with_arms.items() if told.mode == mode] for mode in (Mode.HOLD, Mode.REACH)}
         return Orders(
             field=field,
             travels=travels,
@@ -233,7 +272,13 @@ class MissionController(LeafSystem):
             reaches={name: signals[name].reach for name in in_mode[Mode.REACH]},
             tracking=self._mask([*in_mode[Mode.HOLD], *in_mode[Mode.REACH]]),
             moving=self._mask([*travels, *carriers]),
+            drives=drives,
         )
+
+    def _drive(self, name: str, told: AgentSignals, field: StepField | None) -> Drive:
+        rows, law = self._crew.rows[name], self._drive_laws[name]
+        goals = [task.q_goal for task in field.travels if task.agent == name] if field is not None else []
+        return Drive(rows, law, told.hold, *((goals[0], told.stage) if goals else ()))
 
     def _carriers(self, field: StepField | None, anchor: Mapping[str, np.ndarray]) -> dict[str, Carrier]:
         carriers = {}

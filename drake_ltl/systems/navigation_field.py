@@ -135,7 +135,7 @@ class NavigationField(LeafSystem):
         energy = 0.0
         for name in moving:
             x, n = self._state[name].Eval(context), self._sizes[name]
-            energy += self._models.agents[name].kinetic_energy(x[:n], x[n:])
+            energy += self._models.agents[name].energy(x[:n], x[n:])
         for task in field.transports:
             x = self._state[task.object].Eval(context)
             energy += self._models.objects[task.object].kinetic_energy(x[:4], x[7:])

@@ -82,12 +82,12 @@ class PlanSupervisor(LeafSystem):
         self._anchor = self.DeclareDiscreteState(sum(self._sizes.values()) + 3 * len(self._objects))
         self._agent_groups = {
             name: (
-                self.DeclareDiscreteState(2),
+                self.DeclareDiscreteState(3),
                 self.DeclareDiscreteState(n),
                 self.DeclareDiscreteState(2 + 2 * n),
             )
             for name, n in self._sizes.items()
-        }  # (mode, grasp), hold, reach
+        }  # (mode, grasp, stage), hold, reach
         self._applied = self.DeclareNumericParameter(BasicVector([0.0]))
         self._progress = self.DeclareCacheEntry(
             "progress",
@@ -239,8 +239,8 @@ class PlanSupervisor(LeafSystem):
         way = values.value(self._way).reshape(-1, 2)[: int(ahead)]
         agents = []
         for ints, hold, reach in self._agent_groups.values():
-            mode, grasp = values.value(ints)
-            agents.append(AgentSignals(int(mode), values.value(hold).copy(), values.value(reach).copy(), int(grasp)))
+            mode, grasp, stage = map(int, values.value(ints))
+            agents.append(AgentSignals(mode, values.value(hold).copy(), values.value(reach).copy(), grasp, stage))
         anchor = values.value(self._anchor).copy()
         return Progress(
             int(count),
@@ -287,7 +287,7 @@ class PlanSupervisor(LeafSystem):
         values.set_value(self._way, padded.ravel())
         values.set_value(self._anchor, progress.anchor)
         for signals, (ints, hold, reach) in zip(progress.agents, self._agent_groups.values(), strict=True):
-            values.set_value(ints, np.array([signals.mode, signals.grasp], dtype=float))
+            values.set_value(ints, np.array([signals.mode, signals.grasp, signals.stage], dtype=float))
             values.set_value(hold, signals.hold)
             values.set_value(reach, signals.reach)
 

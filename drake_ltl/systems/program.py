@@ -140,6 +140,7 @@ class _Compiler:
             if action.kind == "travel":
                 (agent,) = action.agents
                 goal = start_configuration(step.after.agents[agent], agent, self.models)
+                goal = self.models.agents[agent].arriving(goal, action.goal)
                 travels.append(TravelTask(agent, action.start, action.goal, goal))
             elif action.kind == "transport":
                 transports.append(self._transport(action, step))

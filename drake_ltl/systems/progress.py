@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from drake_ltl.systems.legs import ALL, Leg
-from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
+from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, Stage
 from drake_ltl.systems.step_field import Snapshot
 
 
@@ -24,6 +24,8 @@ class AgentSignals:
     """See `signals.pack_reach`."""
     grasp: int = NO_GRASP
     """Index of the commanded weld."""
+    stage: int = Stage.FORWARDS
+    """Of a differential drive that travels."""
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,14 @@ class Mode(IntEnum):
     TRANSPORT = 3
 
 
+class Stage(IntEnum):
+    """How a differential drive travels: its sense, or 0 once it turns to its goal's heading."""
+
+    BACKWARDS = -1
+    PARKED = 0
+    FORWARDS = 1
+
+
 NO_GRASP = -1
 """In place of the index of a weld."""
 

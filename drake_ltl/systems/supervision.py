@@ -19,6 +19,7 @@ from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.detours import Detours, started
+from drake_ltl.systems.drive_stages import with_stages
 from drake_ltl.systems.legs import ALL, moving_tasks
 from drake_ltl.systems.program import GraspTask, MissionProgram, ReleaseTask, StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
@@ -83,11 +84,16 @@ class Supervision:
         if applied != state.revision:
             return state
         if any(self._reasons_to_wait(state, now)):
-            return self._detours.keep_moving(state, self.step(state), now) if state.phase is Phase.NAVIGATE else state
+            return self._keep_moving(state, now) if state.phase is Phase.NAVIGATE else state
         step = self.step(state)
         if state.phase is Phase.NAVIGATE and step.late_grasps:
             return self._begin_late_grasps(state, step, now)
         return self._begin_step(replace(state, count=state.count + 1), now)
+
+    def _keep_moving(self, state: Progress, now: Measurement) -> Progress:
+        step = self.step(state)
+        state = with_stages(state, moving_tasks(step, state.leg, self._models).travels, self._models, now)
+        return self._detours.keep_moving(state, step, now)
 
     def halt(self, state: Progress, now: Measurement) -> Progress:
         """Safe mode begins, see `SafeMode`; the same if it has begun."""
@@ -151,7 +157,7 @@ class Supervision:
         )
         step = self.step(state)
         for task in (*step.travels, *step.transports):
-            state = started(state, task, self._models)
+            state = started(state, task, self._models, now)
         for task in step.grasps:
             state = self._approach(state, task, now)
         for task in step.releases:

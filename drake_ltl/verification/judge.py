@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,8 +116,8 @@ def verify(
         max_heading_error=max(turned.values(), default=None),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
         detours=detoured_steps(recording),
-        max_effort=_by_agent(recording, "effort", np.max),
-        min_manipulability=_by_agent(recording, "manipulability", np.min),
+        max_effort=_by_agent(recording, recording.agents, "effort", np.max),
+        min_manipulability=_by_agent(recording, mechanics.gripper, "manipulability", np.min),
     )
 
 
@@ -179,11 +179,14 @@ def _too_old(recording: Recording) -> bool:
     return "intervals" in recording.lacks
 
 
-def _by_agent(recording: Recording, field: str, extreme: Callable[..., np.ndarray]) -> dict[str, float]:
-    """The extreme of a field for each agent; empty if the recording is too old to have it."""
+def _by_agent(
+    recording: Recording, agents: Collection[str], field: str, extreme: Callable[..., np.ndarray]
+) -> dict[str, float]:
+    """The extreme of a field for each of the agents; empty if the recording is too old to have it."""
     if field in recording.lacks:
         return {}
-    return dict(zip(recording.agents, extreme(getattr(recording, field), axis=0).tolist(), strict=True))
+    found = zip(recording.agents, extreme(getattr(recording, field), axis=0).tolist(), strict=True)
+    return {name: value for name, value in found if name in agents}
 
 
 def _end(recording: Recording) -> float | None:

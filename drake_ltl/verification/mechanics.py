@@ -19,7 +19,7 @@ class Mechanics:
     centre: Mapping[str, np.ndarray]
     """agent -> c_i(q_i) (T, 3) [m] in W."""
     gripper: Mapping[str, np.ndarray]
-    """agent -> X_WE(q_i) (T, 4, 4)."""
+    """agent with an arm -> X_WE(q_i) (T, 4, 4)."""
     ring: Mapping[str, np.ndarray]
     """object -> X_OG (4, 4), its grasp frame at azimuth 0; turned about the object's z axis it is one as well."""
     lowest: Mapping[str, np.ndarray]

@@ -10,6 +10,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.recording import Recording
 from drake_ltl.multibody.agent_model import AgentModel
+from drake_ltl.multibody.drive_agent import YAW, make_agent_model
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.multibody.pair_distance import PairDistance
 from drake_ltl.scenario.model import Scenario
@@ -29,7 +30,7 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
     Raises:
         InvalidInputError: a model of the scenario cannot be used, or has other joints than the recorded ones.
     """
-    agents = {agent.name: AgentModel(agent) for agent in scenario.agents}
+    agents = {agent.name: make_agent_model(agent, scenario) for agent in scenario.agents}
     objects = {obj.name: ObjectModel(obj) for obj in scenario.objects}
     _check_joints(recording, agents)
     centre = {name: _rows(model.centre, recording.q[name], (3,)) for name, model in agents.items()}
@@ -43,6 +44,7 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
         gripper={
             name: _rows(lambda q, model=model: model.grasp_pose(q).GetAsMatrix4(), recording.q[name], (4, 4))
             for name, model in agents.items()
+            if model.has_arm
         },
         ring={name: model.X_OG.GetAsMatrix4() for name, model in objects.items()},
         lowest={name: _lowest(pose[name], model.balls_O) for name, model in objects.items()},
@@ -114,12 +116,9 @@ def _lyapunov(
     centre: Mapping[str, np.ndarray],
 ) -> np.ndarray:
     V = np.zeros(len(recording.time))
-    energy = {
-        name: np.array([model.kinetic_energy(*row) for row in zip(recording.q[name], recording.qd[name], strict=True)])
-        for name, model in agents.items()
-    }
+    energy = {name: _agent_energy(model, recording.q[name], recording.qd[name]) for name, model in agents.items()}
     energy |= {name: _energy(model, recording, name) for name, model in objects.items()}
-    weights = {name: model.gamma_weights for name, model in agents.items()}
+    weights = {name: model.gamma_weights for name, model in agents.items() if model.has_arm}
     goals = _orientation_goals(recording, scenario)
     motion = Motion(recording, scenario, centre, energy, weights, goals, springs(agents, recording.q))
     for record in recording.intervals:
@@ -140,6 +139,13 @@ def _orientation_goals(recording: Recording, scenario: Scenario) -> dict[tuple[i
         for step, heading in zip(recording.steps, after, strict=True)
         for obj in scenario.objects
     }
+
+
+def _agent_energy(model: AgentModel, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """(T,) kinetic energy [J]; of a differential drive, that along its heading, as heavy as it is in V."""
+    if model.has_arm:
+        return np.array([model.kinetic_energy(*row) for row in zip(q, qd, strict=True)])
+    return 0.5 * model.mass_in_V * (qd[:, 0] * np.cos(q[:, YAW]) + qd[:, 1] * np.sin(q[:, YAW])) ** 2
 
 
 def _energy(model: ObjectModel, recording: Recording, name: str) -> np.ndarray:

@@ -54,7 +54,7 @@ class Motion:
     energy: Mapping[str, np.ndarray]
     """member -> kinetic energy (T,) [J]."""
     gamma_weights: Mapping[str, np.ndarray]
-    """agent -> weight of each joint in gamma (n_i,)."""
+    """agent with an arm -> weight of each joint in gamma (n_i,)."""
     orientation_goals: Mapping[tuple[int, str], np.ndarray] = field(default_factory=dict)
     """(step, object) -> quaternion (4,) that it should have at the end of the step."""
     posture_energy: Mapping[str, Callable[[int, np.ndarray], np.ndarray]] = field(default_factory=dict)
@@ -147,13 +147,25 @@ def _gamma(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarr
     """(n,) [m^2]: errors of all movers, and 2 (1 - cos) of the angle to its goal of what is carried."""
     recording, gamma = motion.recording, np.zeros(len(rows))
     for name, goal in record.travels.items():
-        gamma += (recording.q[name][rows] - goal) ** 2 @ motion.gamma_weights[name]
+        if name in motion.gamma_weights:
+            gamma += (recording.q[name][rows] - goal) ** 2 @ motion.gamma_weights[name]
+        else:
+            gamma += _dipole(recording.q[name][rows], goal)
     for name, goal in record.transports.items():
         pose = recording.pose[name][rows]
         aligned = pose[:, :4] @ motion.orientation_goals[record.step, name]  # cosine of half the angle
         turned = 1.0 - aligned**2 / np.einsum("ij,ij->i", pose[:, :4], pose[:, :4])
         gamma += ((pose[:, 4:] - goal) ** 2).sum(axis=1) + 4.0 * turned
     return gamma
+
+
+def _dipole(q: np.ndarray, goal: tuple[float, ...]) -> np.ndarray:
+    """gamma (n,) [m^2] of a differential drive at q (n, 8): its error along the heading of its goal counts a quarter
+    near by, and all within metres."""
+    x, y, heading = goal[:3]
+    away = (q[:, 0] - x) + 1j * (q[:, 1] - y)
+    along = (away * np.exp(-1j * heading)).real
+    return np.abs(away) ** 2 - 0.75 * np.log1p(along**2)
 
 
 def _energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:

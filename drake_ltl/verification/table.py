@@ -93,6 +93,7 @@ def _rows(verdict: Verdict, scenario: Scenario | None) -> Iterator[tuple[str, st
         agent = max(verdict.max_effort, key=verdict.max_effort.__getitem__)
         saturated = "" if verdict.max_effort[agent] <= 1.0 else "cut off at 100 %"
         yield f"torque asked of {agent}, of its limit", f"{100.0 * verdict.max_effort[agent]:.3g} %", saturated
+    if verdict.min_manipulability:
         agent = min(verdict.min_manipulability, key=verdict.min_manipulability.__getitem__)
         least = verdict.min_manipulability[agent]
         yield f"manipulability of {agent}", f"{least:.3g}" if least > ROUNDING else "0", "(0: singular)"

@@ -69,10 +69,10 @@ def team_forces(recording: Recording, scenario: Scenario) -> list[TeamForce]:
 
     What keeps the bodies apart is no contact, so nothing else pushes horizontally. It loads the scenario's models.
     """
-    from drake_ltl.multibody.agent_model import AgentModel
+    from drake_ltl.multibody.drive_agent import make_agent_model
     from drake_ltl.multibody.object_model import ObjectModel
 
-    agents = {agent.name: AgentModel(agent) for agent in scenario.agents}
+    agents = {agent.name: make_agent_model(agent, scenario) for agent in scenario.agents}
     mass = {obj.name: ObjectModel(obj).mass for obj in scenario.objects}
     found = []
     for step in recording.steps:

@@ -47,6 +47,8 @@ def dumped(scenario: Scenario) -> str:
             member.pop("name"): {key: value for key, value in member.items() if value is not None}
             for member in data[kind]
         }
+    for agent in data["agents"].values():
+        del agent["has_arm"]  # which its model says
     data["workspace"] = {"radius": data.pop("workspace_radius")}
     data["controller"]["lambda"] = data["controller"].pop("lambda_")
     del data["controller"]["kappa"]  # left out, it grows with the number of relations
