@@ -12,6 +12,7 @@ from pydrake.systems.primitives import Multiplexer, PortSwitch
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.drive_controllers import DriveController, DriveHoldController
 from drake_ltl.systems.hold_controller import HoldController
 from drake_ltl.systems.navigation_field import NavigationField
 from drake_ltl.systems.plan_supervisor import PlanSupervisor
@@ -54,7 +55,8 @@ def AddSeparateControllers(
     stack = builder.AddSystem(Multiplexer([*(model.n for model in models.agents.values()), 1]))
     stack.set_name("controls")
     for index, agent in enumerate(transport_plant.agents):
-        torque = _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports, chosen)
+        add = _add_agent if models.agents[agent].has_arm else _add_drive
+        torque = add(builder, agent, scenario, models, transport_plant, supervisor, field, transports, chosen)
         builder.Connect(torque, stack.get_input_port(index))
     builder.Connect(field.get_lyapunov_output_port(), stack.get_input_port(len(models.agents)))
     return stack.get_output_port()
@@ -80,6 +82,8 @@ def _add_transport(
     builder.Connect(field.get_gradient_output_port(name), port("gradient"))
     builder.Connect(supervisor.get_shares_output_port(name), port("shares"))
     for agent, instance in transport_plant.agents.items():
+        if not models.agents[agent].has_arm:
+            continue
         builder.Connect(plant.get_state_output_port(instance), port(f"state_{agent}"))
         if models.agents[agent].is_redundant:
             builder.Connect(supervisor.get_anchor_output_port(agent), port(f"anchor_{agent}"))
@@ -125,12 +129,42 @@ def _add_agent(
     return switch.get_output_port()
 
 
+def _add_drive(
+    builder: DiagramBuilder,
+    agent: str,
+    scenario: Scenario,
+    models: MeasuredModels,
+    transport_plant: TransportPlant,
+    supervisor: PlanSupervisor,
+    field: NavigationField,
+    transports: Mapping[str, System],
+    chosen: _Choice,
+) -> OutputPort:
+    """The same of a differential drive, which holds or travels and does nothing else."""
+    model = models.agents[agent]
+    state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
+    hold = builder.AddSystem(chosen(DriveHoldController(model)))
+    builder.Connect(supervisor.get_hold_output_port(agent), hold.GetInputPort("hold"))
+    transition = builder.AddSystem(chosen(DriveController(model, scenario.controller.speed_limit)))
+    builder.Connect(field.get_gradient_output_port(agent), transition.GetInputPort("gradient"))
+    builder.Connect(supervisor.get_course_output_port(agent), transition.GetInputPort("course"))
+    builder.Connect(supervisor.get_reach_output_port(agent), field.get_reach_input_port(agent))
+    switch = builder.AddSystem(PortSwitch(model.n))
+    switch.set_name(f"switch_{agent}")
+    builder.Connect(supervisor.get_mode_output_port(agent), switch.get_port_selector_input_port())
+    for name, controller in (("hold", hold), ("transition", transition)):
+        builder.Connect(state, controller.GetInputPort("state"))
+        builder.Connect(controller.GetOutputPort("torque"), switch.DeclareInputPort(name))
+    return switch.get_output_port()
+
+
 class _Choice:
     """A user's controller where there is one of that name, else the usual one."""
 
     def __init__(self, own: Mapping[str, LeafSystem], scenario: Scenario):
         self._own = own
-        known = [f"{law}_{agent}" for agent in scenario.agent_names for law in ("hold", "transition", "reach")]
+        laws = {True: ("hold", "transition", "reach"), False: ("hold", "transition")}
+        known = [f"{law}_{agent.name}" for agent in scenario.agents for law in laws[agent.has_arm]]
         known += [f"transport_{obj}" for obj in scenario.object_names]
         unknown = [name for name in own if name not in known]
         if unknown:

@@ -22,8 +22,11 @@ GRIP = 0.6
 """Share of the tyres' friction that torques make use of: the rest is for casters that are pressed down, and bends."""
 FAR = 0.5
 """Share of the traction that the far-field force takes: the rest turns, and keeps clear of what is near."""
-CRUISE = 1.0
-"""Speed far from the goal and from everything [m/s]."""
+CRUISE = 2.0
+"""Speed of a drive that travels alone, far from its goal and from everything [m/s]."""
+NEAR, NEAR_DAMPING = 1.0, 2.0
+"""Damping is larger about the goal, by this factor within this distance [m]: critical for the error along the heading,
+which has the softest spring of all."""
 TURN_RATE = 2.5
 """Largest rate of turning [rad/s]."""
 TURN_DECAY = 6.4
@@ -128,6 +131,11 @@ class DriveAgent(AgentModel):
     def joint_error(self, q: np.ndarray, q_goal: np.ndarray) -> float:
         """Between headings [rad]."""
         return abs(math.remainder(q[YAW] - q_goal[YAW], 2.0 * math.pi))
+
+    def drive_damping(self, q: np.ndarray, q_goal: np.ndarray) -> float:
+        """K_v [N s/m]: any positive function of where it is will do, as heading and damping have no part in V."""
+        gamma, _, _ = _dipole(q_goal).at(float(q[0]), float(q[1]))
+        return self.gains.drive_damping * (1.0 + (NEAR_DAMPING - 1.0) / (1.0 + gamma / NEAR**2))
 
     def energy(self, q: np.ndarray, qd: np.ndarray) -> float:
         """`mass_in_V` v^2 / 2 [J]; turning has no part in V."""

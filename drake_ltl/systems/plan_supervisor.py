@@ -45,6 +45,7 @@ class PlanSupervisor(LeafSystem):
         - mode_<agent>
         - hold_<agent>
         - reach_<agent>
+        - course_<agent>
         - shares_<object>
         - step
         - anchor
@@ -53,11 +54,11 @@ class PlanSupervisor(LeafSystem):
         - record
         - progress
 
-    `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`
-    and `shares_` are what the controllers of these names take; `step` is packed by `signals.pack_step`;
-    `anchor` all configurations and all objects' origins at the begin of the phase, `anchor_<agent>` one of the
-    configurations; `status` (2 + 2 N) is (count,
-    interval, modes, commanded welds), `record` the same with `step` and every `reach_<agent>` behind, for a log;
+    `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`,
+    `course_` (of differential drives alone) and `shares_` are what the controllers of these names take; `step` is
+    packed by `signals.pack_step`; `anchor` all configurations and all objects' origins at the begin of the phase,
+    `anchor_<agent>` one of the configurations; `status` (2 + 2 N) is (count, interval, modes, commanded welds),
+    `record` the same with `step` and every `reach_<agent>` behind, for a log;
     `progress` is all of it, a Progress.
 
     Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
@@ -71,6 +72,7 @@ class PlanSupervisor(LeafSystem):
         self.set_name("plan_supervisor")
         self._supervision = supervision
         self._sizes = {name: model.n for name, model in models.agents.items()}
+        self._drives = [name for name, model in models.agents.items() if not model.has_arm]
         self._objects = list(models.objects)
         self._state_port = {
             name: self.DeclareVectorInputPort(f"state_{name}", 2 * n) for name, n in self._sizes.items()
@@ -123,6 +125,8 @@ class PlanSupervisor(LeafSystem):
             )
             declare(f"hold_{name}", n, lambda progress, i=i: progress.agents[i].hold)
             declare(f"reach_{name}", 2 + 2 * n, lambda progress, i=i: progress.agents[i].reach)
+            if name in self._drives:
+                declare(f"course_{name}", 1 + n, lambda progress, a=name: self._supervision.course(progress, a))
         for name in self._objects:
             declare(
                 f"shares_{name}",
@@ -152,6 +156,10 @@ class PlanSupervisor(LeafSystem):
 
     def get_reach_output_port(self, agent: str) -> OutputPort:
         return self._output[f"reach_{agent}"]
+
+    def get_course_output_port(self, agent: str) -> OutputPort:
+        """Of a differential drive."""
+        return self._output[f"course_{agent}"]
 
     def get_shares_output_port(self, obj: str) -> OutputPort:
         return self._output[f"shares_{obj}"]

@@ -59,6 +59,11 @@ def unpack_step(signal: np.ndarray) -> tuple[int, Phase, Leg]:
     return int(index), Phase(int(phase)), Leg(int(active), via)
 
 
+def pack_course(stage: int, q_goal: np.ndarray) -> np.ndarray:
+    """Signal `course_<agent>` (1 + n,): Stage of a differential drive, and q where it goes to."""
+    return np.concatenate([[stage], q_goal])
+
+
 def pack_reach(start_time: float, duration: float, q_start: np.ndarray, q_goal: np.ndarray) -> np.ndarray:
     """Signal `reach_<agent>` (2 + 2 n,): start [s], duration [s], q at the start, q at the goal."""
     return np.concatenate([[start_time, duration], q_start, q_goal])

@@ -24,7 +24,7 @@ from drake_ltl.systems.legs import ALL, moving_tasks
 from drake_ltl.systems.program import GraspTask, MissionProgram, ReleaseTask, StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
 from drake_ltl.systems.safe_mode import SafeMode
-from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_ends
+from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_course, pack_reach, reach_ends
 from drake_ltl.systems.step_field import FieldBuilder
 
 REACH_SPEED = 0.3
@@ -114,6 +114,15 @@ class Supervision:
                 if task.object == obj:
                     return task.shares
         return np.zeros(len(self._names))
+
+    def course(self, state: Progress, agent: str) -> np.ndarray:
+        """Of a differential drive, see `signals.pack_course`; to where it holds while it does not travel."""
+        told = state.agents[self._names.index(agent)]
+        if told.mode == Mode.TRANSITION:
+            for task in moving_tasks(self.step(state), state.leg, self._models).travels:
+                if task.agent == agent:
+                    return pack_course(told.stage, task.q_goal)
+        return pack_course(told.stage, told.hold)
 
     def waiting_for(self, state: Progress, now: Measurement) -> list[str]:
         """What keeps the phase from ending, for people; empty when it can end."""

@@ -81,7 +81,8 @@ def TransportController_(T):
                 prerequisites_of_calc={self._object.ticket(), self._gradient.ticket()},
             )
             self._state, self._torque, self._anchor = {}, {}, {}
-            for index, (agent, model) in enumerate(self._agents.items()):
+            with_arms = [(i, *item) for i, item in enumerate(self._agents.items()) if item[1].has_arm]
+            for index, agent, model in with_arms:
                 self._state[agent] = self.DeclareVectorInputPort(f"state_{agent}", 2 * model.n)
                 prerequisites = {self._wrench.ticket(), self._checked_shares.ticket(), self._state[agent].ticket()}
                 if model.is_redundant:
