@@ -32,7 +32,7 @@ demo: install
 	@mkdir -p out
 	$(BIN)/drake-ltl simulate examples/case_ii.yaml --report out --record out/page.html --json out/verdict.json \
 		--graphviz out/diagram.dot
-	@echo "recording out/recording.npz, page out/page.html (open it in a browser), figures out/*.png"
+	@echo "open out/page.html (the run) and out/report.html in a browser; figures are in out/figures, all data in out/*.npz and *.json"
 
 test: install
 	$(BIN)/pytest

@@ -81,7 +81,7 @@ def document(output: Path) -> Iterator[str]:
     """Its lines: a section for each part of which there are results."""
     yield "# Soak: what takes hours"
     yield ""
-    yield "Written by `make soak` (`benchmarks/soak.py`); its parts can be repeated one by one."
+    yield "Written by `make soak` (`benchmarks/soak.py`), which takes hours."
     sections = (_malformed_section, _rounds_section, _agreement_section, _sweeps_section)
     for section in sections:
         lines = list(section(output))
@@ -104,8 +104,9 @@ def _malformed_section(output: Path) -> Iterator[str]:
     yield "Examples, a plan and a recording, spoilt at random: entries, bytes, pieces of YAML, formulas, models,"
     yield "arrays. A malformed one must end in exit status 2, with a printable line for each mistake and no traceback."
     yield ""
-    for seed, number in found["seeds"].items():
-        yield f"    python benchmarks/malformed.py --seed {seed} --inputs {number}"
+    yield from _taste("python benchmarks/malformed.py --seed 1 --inputs 250 --output taste")
+    seeds = ", ".join(f"{seed} ({number})" for seed, number in found["seeds"].items())
+    yield f"Seeds, and how many malformed inputs each brought: {seeds}."
     yield ""
     yield "| kind | malformed, all refused so | spoilt, but sound | wrong | slowest refusal, CPU time |"
     yield "|---|---|---|---|---|"
@@ -143,8 +144,7 @@ def _rounds_section(output: Path) -> Iterator[str]:
     drifts = "; ".join(found["drifts"]) or "nothing drifts"
     yield "## Many rounds"
     yield ""
-    yield f"    python benchmarks/long_run.py --rounds {found['rounds']}"
-    yield ""
+    yield from _taste("drake-ltl simulate patrol --suffix-rounds 5")
     yield f"{found['scenario']}, {found['rounds']} rounds of its suffix, {found['simulated_seconds']:.0f} simulated"
     yield f"seconds: {verdict}; {drifts}. Rise of V {found['max_lyapunov_increase']:.1e}, gap of a weld"
     memory = found["largest_memory_mb"]
@@ -173,8 +173,7 @@ def _agreement_section(output: Path) -> Iterator[str]:
         return
     yield "## Two methods, one optimum"
     yield ""
-    yield "    python benchmarks/agreement.py --problems 1000 --seconds 1"
-    yield ""
+    yield from _taste("python benchmarks/agreement.py --problems 3 --seconds 1")
     wrong, reached, proved = (found.get(key, 0) for key in ("disagreements", "optimum reached", "optimal"))
     yield f"{found['problems']} random problems planned by both methods, {wrong} disagreements; within a second the"
     yield f"bounded method reached the optimum of {reached} and proved it of {proved}."
@@ -190,11 +189,21 @@ def _sweeps_section(output: Path) -> Iterator[str]:
     for name, summary in found.items():
         if summary is not None:
             yield ""
-            yield f"    drake-ltl sweep examples/{name}.yaml --runs {SWEEPS[name]} --seed 1"
+            yield f"`drake-ltl sweep {name} --runs {SWEEPS[name]} --seed 1`:"
             yield ""
             yield "```json"
             yield json.dumps({key: summary[key] for key in ("done", "statuses", "satisfied", "collided")}, indent=2)
             yield "```"
+
+
+def _taste(command: str) -> Iterator[str]:
+    """A part made so small that readers can afford it, and tests can run it."""
+    yield "A taste of it:"
+    yield ""
+    yield "```sh"
+    yield command
+    yield "```"
+    yield ""
 
 
 if __name__ == "__main__":
