@@ -10,7 +10,6 @@ from pydrake.common.value import Value
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.fault_monitors import (
-    CLOSED_TIME,
     DoorMonitor,
     DriveMonitor,
     GripMonitor,
@@ -18,6 +17,7 @@ from drake_ltl.systems.fault_monitors import (
     MotionMonitor,
     ObjectMonitor,
 )
+from drake_ltl.systems.fault_monitors.door import CLOSED_TIME
 from drake_ltl.systems.program import all_welds
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase

@@ -1,0 +1,115 @@
+"""Agents that do not move as their torques should move them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.systems.framework import Context, InputPort
+
+from drake_ltl.faults.losses import MOTION
+from drake_ltl.monitoring.violation import Violation
+from drake_ltl.multibody.crew import CrewModel
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.fault_monitors.fault_monitor import SMOOTHING, Durations, FaultMonitor
+from drake_ltl.systems.monitors.monitor import Memory
+from drake_ltl.systems.progress import Progress
+from drake_ltl.systems.signals import NO_GRASP, Mode
+from drake_ltl.systems.state_places import StatePlaces
+
+LEAST_RESIDUAL = 3.0
+"""Of a base's joint [N] ..."""
+LEAST_ARM_RESIDUAL = 1.0
+"""... and of an arm's [N m]: smoothed, smaller ones are noise."""
+RESIDUAL_TIME = 0.15
+"""Residuals that last for less are those of measurements that come late [s]."""
+STOP = 0.2
+"""A joint this near to one of its limits may be held by its stop [m, rad]."""
+STANDSTILL = 1e-5
+"""No joint of an agent that carries is ever slower than this [m/s, rad/s] unless it is held fast ..."""
+STANDSTILL_TIME = 0.1
+"""... for so long [s]."""
+
+
+@dataclass
+class _Residual:
+    """Progress, state, torques and smoothed residual (n,) of the last look."""
+
+    progress: Progress
+    x: np.ndarray
+    torque: np.ndarray
+    smooth: np.ndarray
+    still: Durations = field(default_factory=Durations)
+    large: Durations = field(default_factory=Durations)
+
+
+class MotionMonitor(FaultMonitor):
+    """Agents that do not move as their torques should move them. Also takes `torque`.
+
+    The residual is B qdd + N qd + g - tau, with qdd from two measurements: what acts on the joints besides drives. Of
+    agents that hold an object, whose load is not known, it is not formed; they are watched for joints that stand
+    still while they should carry.
+    """
+
+    def __init__(self, places: StatePlaces, scenario: Scenario, models: MeasuredModels, **rest):
+        super().__init__(MOTION, places, scenario, **rest)
+        self._crew, self._dt = CrewModel(scenario.agents), scenario.simulation.time_step
+        self._limits = np.concatenate([model.effort_limits for model in models.agents.values()])
+        ranges = [
+            (model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits())
+            for model in models.agents.values()
+        ]
+        self._lower, self._upper = (np.concatenate(ends) for ends in zip(*ranges, strict=True))
+        bases = [np.arange(n) < 2 for n in places.sizes]
+        self._least = np.where(np.concatenate(bases), LEAST_RESIDUAL, LEAST_ARM_RESIDUAL)
+        self._torque = self.DeclareVectorInputPort("torque", len(self._limits))
+
+    def get_torque_input_port(self) -> InputPort:
+        return self._torque
+
+    def _observe(self, context: Context, memory: Memory) -> Iterable[Violation]:
+        x = self._state.Eval(context).copy()
+        torque = np.clip(self._torque.Eval(context), -self._limits, self._limits)
+        progress: Progress = self._progress.Eval(context)
+        before: _Residual | None = memory.notes
+        if before is None:
+            memory.notes = _Residual(progress, x, torque, np.zeros(len(torque)))
+            return
+        held = {name for name, told in zip(self._places.agents, progress.agents, strict=True) if told.grasp != NO_GRASP}
+        # once the supervisor has changed its mind other torques act than were seen before
+        smooth = self._smoothed(before, x, held) if progress is before.progress else before.smooth
+        memory.notes = _Residual(progress, x, torque, smooth, before.still, before.large)
+        for name, told in zip(self._places.agents, progress.agents, strict=True):
+            if name in self._ignored:
+                continue
+            rows = self._crew.rows[name]
+            worst = rows.start + int(np.argmax(np.abs(smooth[rows]) / self._least[rows]))
+            large = bool(abs(smooth[worst]) > self._least[worst])
+            if before.large.lasts(name, large, context.get_time()) >= RESIDUAL_TIME:
+                what = f"{name} does not move as its torques should move it: unexplained (N or N m)"
+                yield self._says(
+                    context,
+                    progress,
+                    (name,),
+                    what,
+                    value=abs(float(smooth[worst])),
+                    limit=float(self._least[worst]),
+                    unit="",
+                )
+            fastest = float(np.abs(x[self._places.qd][rows]).max())
+            stands = told.mode >= Mode.TRANSPORT and fastest < STANDSTILL
+            if before.still.lasts(name, stands, context.get_time()) >= STANDSTILL_TIME:
+                what = f"{name} stands still though it should carry: its fastest joint (m/s or rad/s)"
+                yield self._says(context, progress, (name,), what, value=fastest, limit=STANDSTILL, unit="")
+
+    def _smoothed(self, before: _Residual, x: np.ndarray, held: set[str]) -> np.ndarray:
+        q, qd = before.x[self._places.q], before.x[self._places.qd]
+        self._crew.set_state(q, qd)
+        residual = self._crew.inverse_dynamics((x[self._places.qd] - qd) / self._dt) - before.torque
+        smooth = before.smooth + self._dt / SMOOTHING * (residual - before.smooth)
+        smooth[(q < self._lower + STOP) | (q > self._upper - STOP)] = 0.0
+        for name in held:
+            smooth[self._crew.rows[name]] = 0.0
+        return smooth
