@@ -2,7 +2,7 @@
 
 from drake_ltl.navigation.mover_potential import MoverPotential
 from drake_ltl.navigation.potential import NavigationFunction
-from drake_ltl.navigation.realisable import RelationSets, realisable_sets
+from drake_ltl.navigation.realisable import RelationSets, number_of_factors, realisable_sets
 from drake_ltl.navigation.relations import Apart, Inside, Label, Relations
 from drake_ltl.navigation.shaping import Logarithmic, PaperPhi, PseudoHuber, Shaping, check_shaping, shaping_from
 from drake_ltl.navigation.step import (
@@ -34,6 +34,7 @@ __all__ = [
     "Transport",
     "Traveller",
     "check_shaping",
+    "number_of_factors",
     "realisable_sets",
     "shaping_from",
     "step_relations",

@@ -92,6 +92,21 @@ def realisable_sets(relations: Relations, fixed: FixedPoints) -> RelationSets:
     return RelationSets(len(relations.apart), tuple(kept))
 
 
+def number_of_factors(relations: Relations, lambda_: float, p: Array, n_movers: int) -> int:
+    """Of which G is a product: with lambda = 0 one for each relation, else one for each that can be realised of every
+    level, and one for each ball.
+
+    Args:
+        p: (P, 3) [m], of which all but the first `n_movers` stay for ever.
+
+    Raises:
+        InvalidInputError: as `realisable_sets`.
+    """
+    if lambda_ == 0.0:
+        return len(relations)
+    return len(realisable_sets(relations, fixed_points(p, n_movers)).sets) + len(relations.inside)
+
+
 def _grown(sets: list[tuple[int, ...]]) -> Iterator[tuple[int, ...]]:
     """Sets with one member more, all of whose parts are among `sets` (of one size, in order)."""
     known = set(sets)

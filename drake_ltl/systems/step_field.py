@@ -19,6 +19,7 @@ from drake_ltl.navigation import (
     StepRelations,
     Transport,
     Traveller,
+    number_of_factors,
     shaping_from,
     step_relations,
 )
@@ -28,9 +29,10 @@ from drake_ltl.systems.program import TransportTask, TravelTask
 
 LEAST_KAPPA = 12.0
 """Less is slow even among few bodies."""
-KAPPA_PER_RELATION = 1.25
-"""kappa for each relation where the scenario leaves it open: over random layouts, less is slow and more comes too
-close to what is passed."""
+KAPPA_PER_FACTOR = 1.25
+"""kappa for each factor of G where the scenario leaves it open: over random layouts, less is slow and more comes too
+close to what is passed. With lambda > 0 a pair is in many factors; counted once, forces are a hundred times what motors
+give."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ class FieldBuilder:
         """
         relations = self.relations(moving, snapshot, reaches)
         settings = self.scenario.controller
-        kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * len(relations.relations))
+        kappa = settings.kappa or self._kappa(relations)
         function = NavigationFunction.for_goal(
             relations.relations,
             relations.goal,
@@ -127,6 +129,10 @@ class FieldBuilder:
             n_movers=relations.n_movers,
         )
         return StepField(moving.travels, moving.transports, relations, function)
+
+    def _kappa(self, step: StepRelations) -> float:
+        factors = number_of_factors(step.relations, self.scenario.controller.lambda_, step.goal, step.n_movers)
+        return max(LEAST_KAPPA, KAPPA_PER_FACTOR * factors)
 
     def _traveller(self, task: TravelTask, centre: np.ndarray) -> Traveller:
         goal = self.models.agents[task.agent].centre(task.q_goal)

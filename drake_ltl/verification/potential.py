@@ -22,7 +22,7 @@ from drake_ltl.scenario.model import ControllerSettings, Scenario
 if TYPE_CHECKING:
     from drake_ltl.navigation import RelationSets
 
-LEAST_KAPPA, KAPPA_PER_RELATION = 12.0, 1.25
+LEAST_KAPPA, KAPPA_PER_FACTOR = 12.0, 1.25
 """kappa where the scenario leaves it open."""
 TOUCHING = 1e300
 """V where spheres touch [J]: in place of infinity, so that differences stay numbers."""
@@ -80,8 +80,10 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     others = [*_standing(motion, interval, int(rows[0]))]
     apart = [*_apart(motion, movers, others)]
     inside = [*_inside(motion, movers)]
-    kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_RELATION * (len(apart) + len(inside)))
-    log_G = _log_obstacle(motion, movers, others)
+    relations = _realisable(motion, movers, others) if settings.lambda_ else None
+    factors = len(inside) + (len(relations.sets) if relations else len(apart))
+    kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_FACTOR * factors)
+    log_G = _log_obstacle(settings, relations)
     betas = [np.stack(columns, axis=-1) for columns in zip(*apart, *inside, strict=True)]
     touching = (betas[0] <= 0.0).any(axis=-1) | (betas[1] <= 0.0).any()
     with np.errstate(divide="ignore", invalid="ignore"):  # logarithms of betas <= 0
@@ -106,12 +108,10 @@ def _psi(settings: ControllerSettings, kappa: float, w: np.ndarray) -> np.ndarra
         return settings.shaping.value(np.log(w))
 
 
-def _log_obstacle(motion: Motion, movers: list[_Sphere], others: list[_Sphere]) -> Callable[[np.ndarray], np.ndarray]:
-    """log G of betas (..., n), those of pairs first."""
-    settings = motion.scenario.controller
-    if not settings.lambda_:
+def _log_obstacle(settings: ControllerSettings, relations: RelationSets | None) -> Callable[[np.ndarray], np.ndarray]:
+    """log G of betas (..., n), those of pairs first; `relations` for lambda > 0."""
+    if relations is None:
         return lambda betas: np.log(betas).sum(axis=-1)
-    relations = _realisable(motion, movers, others)
     levels = [
         np.array([np.isin(range(relations.n_apart), chosen) for chosen in relations.of_level(level)], dtype=float)
         for level in range(1, relations.levels + 1)

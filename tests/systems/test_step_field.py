@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.systems.legs import Leg, Moving, moving_tasks
-from drake_ltl.systems.step_field import KAPPA_PER_RELATION, FieldBuilder, Snapshot
+from drake_ltl.systems.step_field import KAPPA_PER_FACTOR, FieldBuilder, Snapshot
 
 TRAVEL, TRANSPORT = 0, 2  # steps of case ii
 
@@ -104,9 +104,19 @@ def test_points_are_where_things_stand_and_go(builder, program, snapshot_at, mod
 def test_kappa_grows_with_the_relations_unless_it_is_given(case_ii, models, program, snapshot_at):
     step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
     free = FieldBuilder(case_ii, models).field(Moving(step.travels, (), ()), snapshot, {})
-    assert free.function.kappa == KAPPA_PER_RELATION * len(free.relations.relations)
+    assert free.function.kappa == KAPPA_PER_FACTOR * len(free.relations.relations)
     scenario = replace(case_ii, controller=replace(case_ii.controller, kappa=17.0))
     assert FieldBuilder(scenario, models).field(Moving(step.travels, (), ()), snapshot, {}).function.kappa == 17.0
+
+
+def test_with_relations_of_all_levels_kappa_grows_with_all_of_them(case_ii, models, program, snapshot_at):
+    """Else G has a higher degree than w can bear, and what is close at the start is driven apart with 1e4 N."""
+    step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
+    scenario = replace(case_ii, controller=replace(case_ii.controller, lambda_=1.0))
+    function = FieldBuilder(scenario, models).field(Moving(step.travels, (), ()), snapshot, {}).function
+    factors = len(function.realisable.sets) + len(function.relations.inside)
+    assert factors > 2 * len(function.relations)
+    assert function.kappa == KAPPA_PER_FACTOR * factors
 
 
 def test_a_goal_that_is_taken_is_refused(builder, program, snapshot_at, models):
