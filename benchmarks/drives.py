@@ -181,14 +181,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--processes", type=int, default=1, help="(default: 1)")
     parser.add_argument("--json", type=Path, help="write all rows here")
     args = parser.parse_args(arguments)
-    rows = []
-    with ProcessPoolExecutor(args.processes, max_tasks_per_child=10) as pool:  # diagrams in Python are never freed
-        for row in pool.map(run, range(args.first, args.first + args.seeds)):
-            rows.append(row)
-            if not row["planned"] or not row["satisfied"]:
-                print(row, file=sys.stderr, flush=True)
-            if args.json:
-                args.json.write_text(json.dumps(rows, indent=1))
+    rows, seeds = [], range(args.first, args.first + args.seeds)
+    for start in range(0, len(seeds), 10 * args.processes):  # diagrams in Python are never freed
+        with ProcessPoolExecutor(args.processes) as pool:
+            rows += pool.map(run, seeds[start : start + 10 * args.processes])
+        if args.json:
+            args.json.write_text(json.dumps(rows, indent=1))
+    for row in rows:
+        if not row["planned"] or not row["satisfied"]:
+            print(row, file=sys.stderr)
     print("\n".join(table(rows)))
     return 1 if any(row["planned"] and row["clearance"] <= 0.0 for row in rows) else 0
 

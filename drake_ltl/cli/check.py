@@ -39,4 +39,8 @@ def run(args: argparse.Namespace) -> int:
     counts = ((scenario.regions, "region"), (scenario.agents, "agent"), (scenario.objects, "object"))
     parts = ", ".join(f"{len(members)} {kind}{'' if len(members) == 1 else 's'}" for members, kind in counts)
     console().print(f"no mistakes found: {parts}", highlight=False)
+    for agent in scenario.agents:
+        if not agent.has_arm:
+            says = f"{agent.name} is a differential drive without an arm: it may travel, but not grasp or carry"
+            console().print(says, highlight=False, soft_wrap=True)
     return SUCCESS

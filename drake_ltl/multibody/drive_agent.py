@@ -27,6 +27,9 @@ CRUISE = 2.0
 NEAR, NEAR_DAMPING = 1.0, 2.0
 """Damping is larger about the goal, by this factor within this distance [m]: critical for the error along the heading,
 which has the softest spring of all."""
+PARK_DAMPING = 8.0
+"""... and by this factor while it turns on the spot, where it should not move: tyres and casters give way by tenths of
+a millimetre as torques change, and so rock a body that moves."""
 TURN_RATE = 2.5
 """Largest rate of turning [rad/s]."""
 TURN_DECAY = 6.4
@@ -132,8 +135,10 @@ class DriveAgent(AgentModel):
         """Between headings [rad]."""
         return abs(math.remainder(q[YAW] - q_goal[YAW], 2.0 * math.pi))
 
-    def drive_damping(self, q: np.ndarray, q_goal: np.ndarray) -> float:
-        """K_v [N s/m]: any positive function of where it is will do, as heading and damping have no part in V."""
+    def drive_damping(self, q: np.ndarray, q_goal: np.ndarray, *, parked: bool = False) -> float:
+        """K_v [N s/m]: positive, which is all that the fall of V asks of it."""
+        if parked:
+            return PARK_DAMPING * self.gains.drive_damping
         gamma, _, _ = _dipole(q_goal).at(float(q[0]), float(q[1]))
         return self.gains.drive_damping * (1.0 + (NEAR_DAMPING - 1.0) / (1.0 + gamma / NEAR**2))
 

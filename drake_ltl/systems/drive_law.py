@@ -51,12 +51,13 @@ class DriveLaw:
         """Torques (8,) from k dPhi/dq (8,)."""
         at, gains, scale = _Planar.of(q, qd), self.model.gains, -self.model.scale
         f_x, f_y = float(gradient[0]) / scale, float(gradient[1]) / scale
-        if stage == Stage.PARKED:
+        parked = stage == Stage.PARKED
+        if parked:
             u_x, u_y = math.cos(q_goal[YAW]), math.sin(q_goal[YAW])
         else:
             length = math.sqrt(f_x * f_x + f_y * f_y + gains.softness**2)
             u_x, u_y = stage * f_x / length, stage * f_y / length
-        damping = growing_damping(self.model.drive_damping(q, q_goal), abs(at.v), self.speed_limit)
+        damping = growing_damping(self.model.drive_damping(q, q_goal, parked=parked), abs(at.v), self.speed_limit)
         tau = gains.turn_stiffness * at.turn(u_x, u_y) - gains.turn_damping * at.omega
         return self._torques(at.along(f_x, f_y) - damping * at.v, tau)
 

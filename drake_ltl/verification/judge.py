@@ -20,6 +20,7 @@ from drake_ltl.verification.clearances import (
 )
 from drake_ltl.verification.data import data_violations, finite_part
 from drake_ltl.verification.detours import detoured_steps
+from drake_ltl.verification.drives import arrival_turns, drive_violations, slides
 from drake_ltl.verification.expected import CanCarry, Expected, action_violations, expectations, powers_add_up
 from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_errors, weld_violations
 from drake_ltl.verification.headings import heading_errors, heading_violations
@@ -88,6 +89,7 @@ def verify(
     rises = lyapunov_rises(recording, mechanics.lyapunov, run.spans)
     nearest = inside_teams(recording, mechanics, run.spans, run.roles)
     turned = heading_errors(recording, scenario, run.spans, run.roles)
+    aside, arrived = slides(recording, scenario), arrival_turns(recording, scenario, run.spans, run.roles)
     states = readings(recording, scenario, run.spans)
     violations += start_pose_violations(recording, scenario)
     violations += motion_violations(recording, run.spans)
@@ -99,6 +101,7 @@ def verify(
     violations += _conduct_violations(recording, scenario, run, mechanics, welds)
     violations += blocked_violations(recording, scenario, run.spans)
     violations += heading_violations(recording, scenario, run.spans, turned)
+    violations += drive_violations(recording, scenario, run.spans, aside, arrived)
     exact = not any(fault.kind == "sensors" for fault in scenario.faults)
     violations += lyapunov_violations(recording, mechanics.lyapunov, run.spans, run.roles, rises, exact=exact)
     violations += word_violations(recording, scenario, states)
@@ -114,6 +117,8 @@ def verify(
         max_tilt=largest_tilt(recording),
         min_inside_teams=min((pair.distance for pair in nearest), default=None),
         max_heading_error=max(turned.values(), default=None),
+        max_arrival_turn=max(arrived.values(), default=None),
+        max_slide=max((float(speed.max()) for speed in aside.values()), default=None),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
         detours=detoured_steps(recording),
         max_effort=_by_agent(recording, recording.agents, "effort", np.max),

@@ -14,6 +14,7 @@ from rich.text import Text
 from drake_ltl.quantities import quantity
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.detours import WORDS
+from drake_ltl.verification.drives import SLIDE, turn_limit
 from drake_ltl.verification.grasps import HELD_ANGLE, HELD_GAP
 from drake_ltl.verification.headings import limit
 from drake_ltl.verification.lyapunov import RISE
@@ -89,6 +90,11 @@ def _rows(verdict: Verdict, scenario: Scenario | None) -> Iterator[tuple[str, st
     if verdict.max_heading_error is not None:
         most = f"<= {quantity(limit(scenario), 'rad')}" if scenario else ""
         yield "turn of an object from its heading", quantity(verdict.max_heading_error, "rad"), most
+    if verdict.max_arrival_turn is not None:
+        most = f"<= {quantity(turn_limit(scenario), 'rad')}" if scenario else ""
+        yield "turn of a drive from its heading", quantity(verdict.max_arrival_turn, "rad"), most
+    if verdict.max_slide is not None:
+        yield "speed of a drive aside", quantity(verdict.max_slide, "m/s"), f"<= {quantity(SLIDE, 'm/s')}"
     if verdict.max_effort:
         agent = max(verdict.max_effort, key=verdict.max_effort.__getitem__)
         saturated = "" if verdict.max_effort[agent] <= 1.0 else "cut off at 100 %"

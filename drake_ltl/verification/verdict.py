@@ -51,6 +51,10 @@ class Verdict(Shown):
     [m], grippers against handles excepted; None if nobody grasps."""
     max_heading_error: float | None = None
     """Largest angle of an object from its heading at the end of a transport [rad]; None without transports."""
+    max_arrival_turn: float | None = None
+    """Largest angle of a differential drive from its heading where it arrives [rad]; None if none travels."""
+    max_slide: float | None = None
+    """Largest speed of a differential drive across its heading [m/s]; None without any."""
     scenario: Scenario | None = field(default=None, compare=False)
     """What was demanded, as far as it is known: tables show it."""
 

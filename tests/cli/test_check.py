@@ -65,3 +65,9 @@ def test_models_elsewhere_are_allowed_on_the_command_line(drake_ltl, changed, tm
     assert f"--allow-models {str(folder)!r}" in refused.err
     assert drake_ltl("check", file, "--allow-models", tmp_path_factory.getbasetemp()).status == 0
     assert drake_ltl("check", file).status == 2
+
+
+def test_it_says_who_may_only_travel(drake_ltl):
+    found, courier = drake_ltl("check", "courier").out.splitlines()
+    assert found == "no mistakes found: 4 regions, 3 agents, 1 object"
+    assert courier == "courier is a differential drive without an arm: it may travel, but not grasp or carry"

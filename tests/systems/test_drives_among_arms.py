@@ -74,7 +74,7 @@ def test_its_law_is_that_of_the_formulas(drive, law, state, f, stage):
     (v, omega), pull = rates(q, qd), np.array(f) / drive.scale
     u = heading_vector(0.7) if stage == Stage.PARKED else direction_of_force(pull, stage, drive.gains.softness)
     growth = min(max(abs(v) / law.speed_limit, 1.0) ** 2, 8.0)
-    F = drive_force(q[YAW], v, pull, growth * drive.drive_damping(q, goal))
+    F = drive_force(q[YAW], v, pull, growth * drive.drive_damping(q, goal, parked=stage == Stage.PARKED))
     tau = steering_torque(q[YAW], omega, u, drive.gains)
     numbers = drive.drive.wheel_radius, drive.drive.half_track, drive.effort
     torques = law.travel(q, qd, np.concatenate([-np.array(f), np.zeros(6)]), stage, goal)
