@@ -18,58 +18,10 @@ from drake_ltl.verification import verify
 from drake_ltl.verification.verdict import Verdict
 
 ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = (ROOT / "benchmarks" / "missions", ROOT / "examples")
+"""Of scenarios."""
 PAGE = ROOT / "docs" / "faults.md"
 BEGIN, END = "<!-- table of benchmarks/faults.py -->", "<!-- end of the table -->"
-
-RELAY = """\
-# Either of two robots has to visit two regions.
-name: relay
-workspace: {radius: 12.0}
-regions:
-  left: {centre: [-6.0, 0.0, 0.0], radius: 3.6}
-  right: {centre: [6.0, 0.0, 0.0], radius: 3.6}
-  top: {centre: [0.0, 8.0, 0.0], radius: 2.8}
-agents:
-  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-6.5, 1.5], radius: 1.25}
-  a2: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-6.5, -1.6], radius: 1.25}
-objects: {}
-spec: "F(a1.right | a2.right) & F(a1.top | a2.top)"
-"""
-ERRAND = """\
-# A robot has to be in one of two regions again and again.
-name: errand
-workspace: {radius: 12.0}
-regions:
-  home: {centre: [-5.0, 0.0, 0.0], radius: 2.6}
-  yard: {centre: [2.0, 2.0, 0.0], radius: 2.6}
-  shed: {centre: [2.0, -5.0, 0.0], radius: 2.6}
-agents:
-  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-5.0, 0.0], radius: 1.25}
-objects: {}
-spec: "GF(a1.yard | a1.shed)"
-"""
-HAUL = """\
-# Two robots have to bring a crate to one of two regions.
-name: haul
-workspace: {radius: 20.0}
-regions:
-  store: {centre: [-9.0, 0.0, 0.0], radius: 6.0}
-  yard: {centre: [8.0, 6.5, 0.0], radius: 6.0}
-  dock: {centre: [8.0, -7.5, 0.0], radius: 6.0}
-agents:
-  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-6.0, 2.6], power: 2, radius: 1.25}
-  a2: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-12.0, 2.6], power: 2, radius: 1.25}
-objects:
-  crate:
-    model: package://drake_ltl_models/objects/crate.sdf
-    position: [-9.0, 0.0]
-    power_needed: 4
-    radius: 0.5
-    team_radius: 2.67
-spec: "F (crate.yard | crate.dock)"
-"""
-OWN = {"relay": RELAY, "errand": ERRAND, "haul": HAUL}
-"""Scenarios that are no examples."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +69,8 @@ CASES = (
 
 def text_of(case: Case) -> str:
     """The scenario with this fault alone."""
-    text = OWN.get(case.scenario) or (ROOT / "examples" / f"{case.scenario}.yaml").read_text("utf-8")
+    name = f"{case.scenario}.yaml"
+    text = next(folder / name for folder in FOLDERS if (folder / name).is_file()).read_text(encoding="utf-8")
     return f"{re.split(r'^faults:', text, flags=re.MULTILINE)[0]}\nfaults:\n  - {case.fault}\n"
 
 
@@ -126,7 +79,7 @@ def carry_out(case: Case) -> tuple[FaultRun, Verdict]:
     scenario = loads(text_of(case), source_name=case.scenario)
     models = mission.measure(scenario)
     planned = mission.plan_and_place(scenario, models)
-    run = mission.simulate(planned, scenario, models, announce=lambda line: None)
+    run = mission.simulate(planned, scenario, models, keep_going=True, announce=lambda line: None)
     return run, verify(run.recording, scenario)
 
 

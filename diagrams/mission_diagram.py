@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from drake_ltl.diagrams.fault_parts import AddDrives, AddFaultMonitors, AddSensors, FaultParts
-from drake_ltl.diagrams.monitors import AddMonitors
+from drake_ltl.diagrams.monitors import MONITORS, AddMonitors
 from drake_ltl.diagrams.quiet import without_half_space_warning
 from drake_ltl.diagrams.separate_controllers import AddSeparateControllers
 from drake_ltl.diagrams.transport_plant import AddTransportPlant, TransportPlant
@@ -81,7 +81,7 @@ def MakeMissionDiagram(
     builder: DiagramBuilder | None = None,
     separate_controllers: bool = False,
     own_controllers: Mapping[str, LeafSystem] | None = None,
-    monitors: bool = True,
+    monitors: bool | Collection[str] = True,
     program: MissionProgram | None = None,
     holds: Mapping[str, int] | None = None,
     faults: FaultParts | None = None,
@@ -96,7 +96,7 @@ def MakeMissionDiagram(
             all laws, to the same effect but for rounding.
         own_controllers: systems that take the place of separate controllers, by the names of these
             (`transition_<agent>`, `hold_<agent>`, `reach_<agent>`, `transport_<object>`), with the same ports.
-        monitors: whether systems watch that nothing goes wrong (docs/monitors.md).
+        monitors: whether systems watch that nothing goes wrong, or the names of those that do (docs/monitors.md).
         program: what is carried out in place of the mission's steps.
         holds: agent -> index of the weld with which it begins.
         faults: with drives that can fail, sensors as the scenario has them, and monitors that notice.
@@ -145,6 +145,7 @@ def MakeMissionDiagram(
     if monitors:
         watching = AddMonitors(
             builder,
+            MONITORS if monitors is True else frozenset(monitors),
             transport_plant=transport_plant,
             supervisor=supervisor,
             torque=torque,

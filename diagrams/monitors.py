@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
 import numpy as np
@@ -39,6 +39,8 @@ LONGEST_PERIODS = {
 }
 """Time between two looks of each monitor is at most this [s], see `periods`. At 1 m/s a body moves by 16 cm between two
 looks at spheres: two of 0.5 m then come at most 4 mm nearer to each other than at both looks."""
+MONITORS = frozenset(LONGEST_PERIODS)
+"""Names of all."""
 
 
 def periods(time_step: float) -> dict[str, float]:
@@ -55,6 +57,7 @@ def periods(time_step: float) -> dict[str, float]:
 
 def AddMonitors(
     builder: DiagramBuilder,
+    names: Collection[str] = MONITORS,
     *,
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
@@ -64,9 +67,10 @@ def AddMonitors(
     scenario: Scenario,
     models: MeasuredModels,
 ) -> dict[str, MissionMonitor]:
-    """Adds all monitors, by name.
+    """Adds monitors, by name.
 
     Args:
+        names: of those that are added.
         torque: of all agents' joints, stacked; V may stand behind.
         controls: the same, with V behind.
     """
@@ -75,7 +79,7 @@ def AddMonitors(
     centres = builder.AddSystem(MemberCentres(plant, transport_plant.agents, transport_plant.objects))
     builder.Connect(plant.get_body_poses_output_port(), centres.get_body_poses_input_port())
     period = periods(scenario.simulation.time_step)
-    made = [
+    all_of_them = [
         *_sphere_monitors(program, scenario, models, period),
         LyapunovMonitor("lyapunov", period["lyapunov"], program, sum(places.sizes)),
         TorqueMonitor("torque", period["torque"], program, *_motors(models), size=torque.size()),
@@ -88,6 +92,7 @@ def AddMonitors(
         "controls": controls,
         "state": plant.get_state_output_port(),
     }
+    made = [monitor for monitor in all_of_them if monitor.kind in names]
     for monitor in made:
         builder.AddSystem(monitor)
         signal = monitor.get_signal_input_port()

@@ -89,7 +89,9 @@ def simulate(
     if scenario.faults:
         refused = {"live pages": live, "controllers of one's own": own_controllers, "drawings of its diagram": graphviz}
         _refuse([name for name, value in refused.items() if value])
-        return _simulate_with_faults(mission, scenario, models, suffix_rounds, page, disturb, report, announce)
+        return _simulate_with_faults(
+            mission, scenario, models, suffix_rounds, keep_going, page, disturb, report, announce
+        )
     steps = num_steps(mission, suffix_rounds)
     meshcat = MakeMeshcat(host=meshcat_host if live else LOCALHOST) if live or page is not None else None
     diagram = MakeMissionDiagram(
@@ -129,6 +131,7 @@ def _simulate_with_faults(
     scenario: Scenario,
     models: MeasuredModels,
     suffix_rounds: int,
+    keep_going: bool,
     page: Path | None,
     disturb: Callable[[MissionDiagram, Context], None] | None,
     report: Callable[[RunProgress], None] | None,
@@ -136,7 +139,16 @@ def _simulate_with_faults(
 ) -> FaultRun:
     """Faults are noticed and recovered from (docs/faults.md); `announce` is told of each."""
     fits = GeometricFits(scenario, models.geometry) if scenario.fits is None else published_fits(scenario.fits)
-    run = RunWithFaults(mission, scenario, models, fits, suffix_rounds=suffix_rounds, report=report, disturb=disturb)
+    run = RunWithFaults(
+        mission,
+        scenario,
+        models,
+        fits,
+        suffix_rounds=suffix_rounds,
+        keep_going=keep_going,
+        report=report,
+        disturb=disturb,
+    )
     for noticed in run.noticed:
         announce(str(noticed))
     if page is not None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_ltl.execution.recording import IntervalRecord, Recording, StepRecord
+from drake_ltl.monitoring.violation import Violation
 
 _ARRAYS = ("time", "phase", "mode", "grasp", "lyapunov", "effort", "manipulability")
 _GROUPS = ("q", "qd", "centre", "pose", "velocity")
@@ -58,6 +59,7 @@ def joined(parts: Sequence[Part], reason: str = "") -> Recording:
         suffix_length=recordings[planned].suffix_length,
         completed=not reason,
         reason=reason,
+        monitored=tuple(_monitored(recordings, offsets)),
         **arrays,
         **groups,
     )
@@ -90,6 +92,12 @@ def _steps(parts: Sequence[Part], offsets: Sequence[int], time: np.ndarray, step
                 halted=halted,
                 faulty=part.faulty if halted else (),
             )
+
+
+def _monitored(recordings: Sequence[Recording], offsets: Sequence[int]) -> Iterator[Violation]:
+    for recording, offset in zip(recordings, offsets, strict=False):
+        for seen in recording.monitored:
+            yield dataclasses.replace(seen, step=seen.step + offset)
 
 
 def _intervals(recordings: Sequence[Recording], offsets: Sequence[int]) -> Iterator[IntervalRecord]:

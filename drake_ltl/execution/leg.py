@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
@@ -13,7 +15,7 @@ from drake_ltl.errors import DrakeLtlError, ExecutionError
 from drake_ltl.execution.grasping import ApplyGrasps
 from drake_ltl.execution.joined import Part
 from drake_ltl.execution.log_reader import read_logs
-from drake_ltl.execution.runner import REPORT_PERIOD, RunProgress
+from drake_ltl.execution.runner import REPORT_PERIOD, RunProgress, look_once_more
 from drake_ltl.execution.under_way import UnderWay
 from drake_ltl.faults.legs import Bodies, finishing, gathering, releasing, sound
 from drake_ltl.faults.losses import DOOR
@@ -27,6 +29,12 @@ BRAKING_LIMIT = 10.0
 """After so long in safe mode those who do not rest are left alone [s]."""
 LOST_LIMIT = 3.0
 """... and those who are out of service after so long [s]."""
+ALWAYS_MONITORS = frozenset({"geometry"})
+"""Of the monitors of docs/monitors.md, what keeps its meaning even while everybody goes to some region."""
+MONITORS = ALWAYS_MONITORS | {"spheres", "arrival"}
+"""While a plan is carried out ..."""
+FIRST_MONITORS = MONITORS | {"word"}
+"""... and while it is the first one: later ones begin with the word so far."""
 
 
 class Leg:
@@ -46,8 +54,9 @@ class Leg:
         """The steps of a plan; `before` is the part that it follows."""
         steps = len(mission.plan.prefix) + going.suffix_rounds * len(mission.plan.suffix)
         faults = FaultParts(going.first_step, going.ignored, going.losses.regions)
+        monitors = FIRST_MONITORS if before is None else MONITORS
         diagram = MakeMissionDiagram(
-            mission, going.scenario, going.models, num_steps=steps, monitors=False, faults=faults
+            mission, going.scenario, going.models, num_steps=steps, monitors=monitors, faults=faults
         )
         context = diagram.CreateStartContext() if before is None else _going_on(diagram, before)
         return Leg(going, diagram, context, steps, True)
@@ -64,7 +73,7 @@ class Leg:
             num_steps=1,
             program=program,
             holds=before.holds(),
-            monitors=False,
+            monitors=ALWAYS_MONITORS,
             faults=FaultParts(going.first_step, going.ignored, going.losses.regions),
         )
         return Leg(going, diagram, _going_on(diagram, before), 1, False)
@@ -92,6 +101,7 @@ class Leg:
             reason = self._advance()
             if self.halted:
                 self._make_safe()
+                reason = self._seen()
         except KeyboardInterrupt:
             self._record("interrupted")
             raise
@@ -116,10 +126,13 @@ class Leg:
         supervisor, going = self.diagram.supervisor, self.going
         limit, next_report = going.scenario.simulation.step_time_limit, -np.inf
         while not self.halted:
+            if seen := self._seen():
+                return seen
             self._apply_grasps()
             progress, now = supervisor.GetProgress(self._own), self._context.get_time()
             if progress.phase is Phase.DONE:
-                return ""
+                look_once_more(self.diagram, self._context)
+                return self._seen()
             going.injector.Inject(self.diagram, self._context, self._first_step + progress.count)
             if now >= next_report:
                 next_report = now + REPORT_PERIOD
@@ -134,6 +147,13 @@ class Leg:
             self._notice(self._simulator.AdvanceTo(self._boundary(soon)))
         return ""
 
+    def _seen(self) -> str:
+        """What ends the run, if anything: a fault may excuse much, but nothing of what these monitors look at."""
+        seen = self.diagram.violations(self._context)
+        if not seen or self.going.keep_going:
+            return ""
+        return f"a monitor saw: {replace(seen[0], step=self._first_step + seen[0].step)}"
+
     def _apply_grasps(self) -> None:
         if self.diagram.supervisor.grasps_pending(self._own):
             ApplyGrasps(self.diagram, self._context, self.going.injector.broken)
@@ -145,19 +165,18 @@ class Leg:
         return max(now + 1, round(when / time_step)) * time_step
 
     def _notice(self, status: SimulatorStatus) -> None:
-        """What a monitor has seen halts the mission."""
-        if status.reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime:
-            return
-        if status.system() is self.diagram.supervisor:
-            return
+        """What a monitor of faults has seen halts the mission, whoever ended the advance at that instant."""
+        diagram = self.diagram
+        own = (diagram.supervisor, *diagram.monitors.values(), *diagram.fault_monitors)
+        stopped = status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime
+        if stopped and not any(status.system() is system for system in own):
+            raise ExecutionError(status.FormatMessage())
         new = [
             seen
-            for monitor in self.diagram.fault_monitors
+            for monitor in diagram.fault_monitors
             for seen in monitor.violations(monitor.GetMyContextFromRoot(self._context))
             if seen not in self.going.seen
         ]
-        if not new:
-            raise ExecutionError(status.FormatMessage())
         for seen in [seen for seen in new if not self.going.knows(seen)]:
             self.going.seen.append(seen)
             self.going.losses = self.going.losses.after(seen)

@@ -49,6 +49,7 @@ def RunWithFaults(
     fits: Fits,
     *,
     suffix_rounds: int = 1,
+    keep_going: bool = False,
     report: Callable[[RunProgress], None] | None = None,
     disturb: Callable[[MissionDiagram, Context], None] | None = None,
 ) -> FaultRun:
@@ -57,6 +58,7 @@ def RunWithFaults(
     Args:
         fits: P_{s,0}, for planning again.
         suffix_rounds: rounds of the suffix that are carried out, of the plan that is followed in the end.
+        keep_going: what monitors see is recorded, but does not end the run.
         report: called once per simulated second.
         disturb: changes the context in which the run starts.
 
@@ -64,7 +66,7 @@ def RunWithFaults(
         The run. If it ends early its recording says why: a step that does not end, or a fault after which nothing lets
         the whole run satisfy the formulas.
     """
-    going = UnderWay(scenario, models, fits, suffix_rounds, report, Injector(scenario.faults))
+    going = UnderWay(scenario, models, fits, suffix_rounds, report, Injector(scenario.faults), keep_going)
     begin, cpu, interrupted = time.perf_counter(), time.process_time(), False
     try:
         leg = Leg.of_mission(going, mission, None)

@@ -119,7 +119,7 @@ def _advance(
     _expect_own(mission, simulator.Initialize())
     while True:
         if supervisor.GetProgress(supervisor_context).phase is Phase.DONE:
-            _look_once_more(mission, context)
+            look_once_more(mission, context)
         seen = mission.violations(context)
         if seen and not keep_going:
             return f"a monitor saw: {seen[0]}"
@@ -147,7 +147,7 @@ def _next_boundary(mission: MissionDiagram, now: float, period: float) -> float:
     return max(round((now + period) / time_step), round(now / time_step) + 1) * time_step
 
 
-def _look_once_more(mission: MissionDiagram, root_context: Context) -> None:
+def look_once_more(mission: MissionDiagram, root_context: Context) -> None:
     """The last step's end need not be an instant at which monitors look."""
     for monitor in mission.monitors.values():
         monitor.Look(monitor.GetMyContextFromRoot(root_context))

@@ -39,6 +39,8 @@ class UnderWay:
     suffix_rounds: int
     report: Callable[[RunProgress], None] | None
     injector: Injector
+    keep_going: bool = False
+    """What the monitors that watch every run see is recorded, but does not end it."""
     losses: Losses = field(default_factory=Losses)
     seen: list[Violation] = field(default_factory=list)
     noticed: list[Noticed] = field(default_factory=list)

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from drake_ltl import mission
 from drake_ltl.scenario import Scenario, loads
 
-RELAY = """\
-name: relay
-workspace: {radius: 12.0}
-regions:
-  left: {centre: [-6.0, 0.0, 0.0], radius: 3.6}
-  right: {centre: [6.0, 0.0, 0.0], radius: 3.6}
-  top: {centre: [0.0, 8.0, 0.0], radius: 2.8}
-agents:
-  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-6.5, 1.5], radius: 1.25}
-  a2: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-6.5, -1.6], radius: 1.25}
-objects: {}
-spec: "F(a1.right | a2.right)"
-"""
+MISSIONS = Path(__file__).resolve().parents[2] / "benchmarks" / "missions"
+
+
+def text_of(name: str) -> str:
+    """One of the scenarios of the table of faults."""
+    return (MISSIONS / f"{name}.yaml").read_text(encoding="utf-8")
+
+
+RELAY = text_of("relay").replace(" & F(a1.top | a2.top)", "")
+"""One of the two regions is enough here."""
+
+
+@pytest.fixture(scope="session")
+def mission_text() -> Callable[[str], str]:
+    """mission_text("relay"): one of the scenarios of the table of faults."""
+    return text_of
 
 
 @pytest.fixture(scope="session")

@@ -20,26 +20,12 @@ from drake_ltl.systems.progress import Measurement
 from drake_ltl.verification import verify
 from drake_ltl.verification.blocked import NOTICED_WITHIN
 
-ERRAND = """\
-name: errand
-workspace: {radius: 12.0}
-regions:
-  home: {centre: [-5.0, 0.0, 0.0], radius: 2.6}
-  yard: {centre: [2.0, 2.0, 0.0], radius: 2.6}
-  shed: {centre: [2.0, -5.0, 0.0], radius: 2.6}
-agents:
-  a1: {model: "package://drake_ltl_models/agents/planar_arm.urdf", position: [-5.0, 0.0], radius: 1.25}
-objects: {}
-spec: "GF(a1.yard | a1.shed)"
-faults:
-  - {kind: blocked_region, region: yard, time: 2.0}
-"""
-
 
 @pytest.fixture(scope="module")
-def errand():
+def errand(mission_text):
     """(scenario, models, mission)"""
-    scenario = loads(ERRAND)
+    fault = "faults:\n  - {kind: blocked_region, region: yard, time: 2.0}\n"
+    scenario = loads(mission_text("errand") + fault)
     models = mission.measure(scenario)
     planned = mission.plan_and_place(scenario, models)
     assert planned.plan.moves[0][0].goal == "yard"

@@ -97,3 +97,21 @@ def test_what_is_not_for_such_runs_is_refused(relay, with_fault):
     _, models, planned = relay
     with pytest.raises(InvalidInputError, match="has no live pages"):
         mission.simulate(planned, with_fault("{kind: sensors, delay: 0.01}"), models, live=True)
+
+
+# The monitors that watch every run.
+
+
+def test_who_coasts_out_of_the_workspace_ends_the_run(relay, traveller, with_fault):
+    """Its fault is noticed and the mission planned again; that it leaves the workspace is no part of any fault."""
+    _, models, planned = relay
+    scenario = with_fault(f"{{kind: agent_stops, agent: {traveller}, time: 1.5, how: limp}}")
+    run = mission.simulate(planned, scenario, models, announce=lambda line: None)
+    (seen,) = run.recording.monitored
+    assert (seen.monitor, seen.who, seen.what) == ("workspace", (traveller,), f"{traveller} leaves the workspace")
+    assert run.recording.reason == f"a monitor saw: {seen}"
+    assert [str(violation) for violation in verify(run.recording, scenario).violations if violation.kind == "workspace"]
+
+
+def test_a_run_that_recovers_has_nothing_for_them_to_see(recovered):
+    assert recovered[0].recording.monitored == ()
