@@ -8,6 +8,8 @@ where both exist. Angles in rad; functions take AutoDiffXd as well as floats.
 
 from __future__ import annotations
 
+from math import hypot
+
 import numpy as np
 
 SINGULAR_COSINE = 1e-6
@@ -101,22 +103,20 @@ def quaternion_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> np.ndarray:
     """The unit quaternion (4,) of R_WB R_WA^T, the turn in W that takes A to B; for q = (w, x, y, z), of any length."""
     a, b, c, d = q_WB.tolist()
     e, f, g, h = q_WA.tolist()
-    turn = np.array(
-        [
-            a * e + b * f + c * g + d * h,
-            b * e - a * f + d * g - c * h,
-            c * e - a * g + b * h - d * f,
-            d * e - a * h + c * f - b * g,
-        ]
+    w, x, y, z = (
+        a * e + b * f + c * g + d * h,
+        b * e - a * f + d * g - c * h,
+        c * e - a * g + b * h - d * f,
+        d * e - a * h + c * f - b * g,
     )
-    return turn / np.sqrt(turn @ turn)
+    length = hypot(w, x, y, z)
+    return np.array([w / length, x / length, y / length, z / length])
 
 
 def quaternion_mismatch(q_WO: np.ndarray, q_WO_goal: np.ndarray) -> tuple[float, np.ndarray]:
     """`rotation_mismatch` of quaternions (4,): 4 |v|^2 and its slope 4 w v (3,), for the difference (w, v)."""
-    turn = quaternion_difference(q_WO, q_WO_goal)
-    v = turn[1:]
-    return 4.0 * float(v @ v), 4.0 * turn[0] * v
+    w, x, y, z = quaternion_difference(q_WO, q_WO_goal).tolist()
+    return 4.0 * (x * x + y * y + z * z), np.array([4.0 * w * x, 4.0 * w * y, 4.0 * w * z])
 
 
 def heading_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> float:

@@ -11,13 +11,13 @@ def tracking_acceleration(
     q_ref: np.ndarray,
     qd_ref: np.ndarray | float,
     qdd_ref: np.ndarray | float,
-    frequency: float,
+    frequency: float | np.ndarray,
 ) -> np.ndarray:
     """qdd (n,) whose error obeys e'' + 2 w e' + w^2 e = 0, w = `frequency` [rad/s] (critically damped).
 
-    `qd_ref` and `qdd_ref` may be 0 for a reference at rest.
+    `qd_ref` and `qdd_ref` may be 0 for a reference at rest, `frequency` (n,) may have a number for each joint.
     """
-    return qdd_ref + 2.0 * frequency * (qd_ref - qd) + frequency**2 * (q_ref - q)
+    return qdd_ref + frequency * (2.0 * (qd_ref - qd) + frequency * (q_ref - q))
 
 
 def quintic(

@@ -35,6 +35,7 @@ class CrewModel:
             if plant.HasFrameNamed(GRASP_FRAME, instance)
         }
         self.n = plant.num_velocities()
+        self._state = np.zeros(2 * self.n)
         ends = np.cumsum([0, *(plant.num_velocities(instance) for instance in instances.values())]).tolist()
         self.rows: Mapping[str, slice] = {
             name: slice(start, end) for name, start, end in zip(instances, ends, ends[1:], strict=False)
@@ -51,12 +52,9 @@ class CrewModel:
 
     def set_state(self, q: np.ndarray, qd: np.ndarray) -> None:
         """To configurations and velocities (n,)."""
-        self._plant.SetPositions(self._context, q)
-        self._plant.SetVelocities(self._context, qd)
-
-    def set_configurations(self, q: np.ndarray) -> None:
-        """To configurations (n,), velocities as they were: nothing that is asked for next may depend on them."""
-        self._plant.SetPositions(self._context, q)
+        self._state[: self.n] = q
+        self._state[self.n :] = qd
+        self._plant.SetPositionsAndVelocities(self._context, self._state)
 
     def centre(self, agent: str) -> np.ndarray:
         """c_i (3,) [m] in W, the centre of the bounding sphere."""

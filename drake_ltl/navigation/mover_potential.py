@@ -1,24 +1,30 @@
 """The navigation function of one plan step as a controller asks for it: one configuration of the movers at a time.
 
-What never moves is folded into constants, and scalars are floats: half the work of `NavigationFunction`, which is
-written for arrays of configurations and for every finite argument, and to which this one turns where it must.
+Few relations are a matter of a few numbers, for which Python alone is quicker than numpy: between two steps of a plant
+each call of numpy finds the processor's caches full of other code. What is too much or too extreme for that is left to
+`NavigationFunction`, which is written for arrays of configurations and for every finite argument.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import exp, inf, log
+from math import exp, inf, isfinite, log
 
 import numpy as np
 
 from drake_ltl.navigation.potential import NavigationFunction
-from drake_ltl.navigation.relations import Array, MoverRelations
+from drake_ltl.navigation.relations import Array
 from drake_ltl.navigation.shaping import LARGEST_EXPONENT, Logarithmic, PaperPhi, PseudoHuber
 from drake_ltl.navigation.step import StepRelations
 
+FEW = 40
+"""Relations up to which numbers are quicker than arrays."""
 LARGE = 1e140
 """Numbers below do not overflow with the lengths (below 1e154, for their squares are numbers) that they meet here."""
+
+Fixed = tuple[float, float, float, float, float]
+"""A point (x, y, z) [m] that never moves, the squared radius [m^2], and 1 to keep away from it or -1 to stay within."""
 
 
 @dataclass(frozen=True)
@@ -42,29 +48,65 @@ class MoverPotential:
 
     def _of_product(self, gamma: float, p: Array) -> tuple[float, float, Array] | None:
         """For G the product of the betas; None where something touches or numbers are extreme."""
-        movers, function = self._movers, self.function
-        d = movers.incidence @ p
-        d -= movers.fixed
-        betas = np.einsum("nk,nk->n", d, d)  # warns of nothing
-        betas -= movers.squared_radii
-        betas *= movers.signs
-        least = min(numbers := betas.tolist())
-        if not least > 0.0 or not max(numbers) < inf:
+        function = self.function
+        G, half_slopes = self._product(p.tolist())
+        if not 0.0 < G < inf:
             return None
-        log_scale = (function.log_G_goal - float(np.add.reduce(np.log(betas)))) / function.kappa
+        log_scale = (function.log_G_goal - log(G)) / function.kappa
         L = (log(gamma) if gamma > 0.0 else -inf) + log_scale
         value = function.shaping.value_at(L)
         by_gamma = exp(min(function.shaping.log_slope_at(L) + log_scale, LARGEST_EXPONENT))
-        by_log_G = by_gamma * gamma / -function.kappa
-        if not (value < LARGE and by_gamma < LARGE and by_log_G / least > -LARGE):
+        twice = 2.0 * by_gamma * gamma / -function.kappa
+        by_p = [[twice * x, twice * y, twice * z] for x, y, z in half_slopes]
+        if not (value < LARGE and by_gamma < LARGE and isfinite(sum(map(sum, by_p)))):
             return None
-        d *= (by_log_G / betas)[:, None]
-        return value, by_gamma, movers.transposed @ d
+        return value, by_gamma, np.array(by_p)
+
+    def _product(self, p: list[list[float]]) -> tuple[float, list[list[float]]]:
+        """G and half the slopes of log G with respect to each coordinate; G = 0 where something touches."""
+        G, slopes = 1.0, []
+        for (x, y, z), around in zip(p, self._around, strict=True):
+            by_x = by_y = by_z = 0.0
+            for there_x, there_y, there_z, squared_radius, sign in around:
+                dx, dy, dz = x - there_x, y - there_y, z - there_z
+                beta = sign * (dx * dx + dy * dy + dz * dz - squared_radius)
+                if not beta > 0.0:
+                    return 0.0, []
+                G *= beta
+                weight = sign / beta
+                by_x += weight * dx
+                by_y += weight * dy
+                by_z += weight * dz
+            slopes.append([by_x, by_y, by_z])
+        for a, b, squared_radius in self._pairs:
+            d = [here - there for here, there in zip(p[a], p[b], strict=True)]
+            beta = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - squared_radius
+            if not beta > 0.0:
+                return 0.0, []
+            G *= beta
+            for axis, length in enumerate(d):
+                slopes[a][axis] += length / beta
+                slopes[b][axis] -= length / beta
+        return G, slopes
 
     @cached_property
     def _is_plain(self) -> bool:
-        return self.function.lambda_ == 0.0 and type(self.function.shaping) in (PseudoHuber, Logarithmic, PaperPhi)
+        known = type(self.function.shaping) in (PseudoHuber, Logarithmic, PaperPhi)
+        return known and self.function.lambda_ == 0.0 and len(self.step.relations) <= FEW
 
     @cached_property
-    def _movers(self) -> MoverRelations:
-        return self.step.relations.of_movers(self.step.start, self.step.n_movers)
+    def _around(self) -> list[list[Fixed]]:
+        """For each mover, all that never moves."""
+        relations, around = self.step.relations, [[] for _ in range(self.step.n_movers)]
+        for apart in relations.apart:
+            if apart.b >= self.step.n_movers:
+                around[apart.a].append((*self.step.start[apart.b].tolist(), apart.radius * apart.radius, 1.0))
+        for inside in relations.inside:
+            around[inside.a].append((*map(float, inside.centre), inside.radius * inside.radius, -1.0))
+        return around
+
+    @cached_property
+    def _pairs(self) -> list[tuple[int, int, float]]:
+        """Movers that keep apart, and the squared sums of their radii [m^2]."""
+        apart = self.step.relations.apart
+        return [(pair.a, pair.b, pair.radius * pair.radius) for pair in apart if pair.b < self.step.n_movers]

@@ -120,16 +120,6 @@ class Relations:
         everywhere = positive.all(axis=tuple(range(positive.ndim - 1)))
         return [label for label, holds in zip(self.labels, everywhere, strict=True) if not holds]
 
-    def of_movers(self, p: Array, n_movers: int) -> MoverRelations:
-        """The same for the first `n_movers` points alone, all others standing where they are in p (P, 3) [m]."""
-        return MoverRelations(
-            incidence=np.ascontiguousarray(self._incidence[:, :n_movers]),
-            fixed=self._centres - self._incidence[:, n_movers:] @ p[n_movers:],
-            squared_radii=self._squared_radii,
-            signs=self._signs,
-            transposed=np.ascontiguousarray(self._transposed[:n_movers]),
-        )
-
     @cached_property
     def _incidence(self) -> Array:
         """d = incidence @ p - centres. A product with zeros and ones is exact and quicker than indexing."""
@@ -164,18 +154,3 @@ class Relations:
     @cached_property
     def _signs(self) -> Array:
         return np.repeat([1.0, -1.0], [len(self.apart), len(self.inside)])
-
-
-@dataclass(frozen=True)
-class MoverRelations:
-    """Relations with what never moves folded into constants, for one configuration p (m, 3) [m] of the movers.
-
-    d = incidence @ p - fixed (n, 3) and beta = signs * (|d|^2 - squared_radii) (n,); the gradient of a function of
-    the betas with slopes (n,) is transposed @ (slopes * d) (m, 3).
-    """
-
-    incidence: Array
-    fixed: Array
-    squared_radii: Array
-    signs: Array
-    transposed: Array

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import dist, hypot
 
 import numpy as np
 
@@ -37,11 +38,17 @@ class Arrival:
     def of(cls, models: MeasuredModels, scenario: Scenario) -> Arrival:
         return cls(models, scenario.tolerances, {region.name: region for region in scenario.regions})
 
+    def is_done(self, task: TravelTask | TransportTask, now: Measurement) -> bool:
+        """Whether a mover is at its goal, at rest. Whoever still moves is not asked for more, for that is quick."""
+        if isinstance(task, TravelTask):
+            return self.speed(task, now) <= self.tolerances.speed and self._has_travelled(task, now)
+        return self._team_speed(task, now) <= self.tolerances.speed and self._is_delivered(task, now)
+
     def left(self, task: TravelTask | TransportTask, now: Measurement) -> str:
         """What a mover still has to do, for people; empty when it is at its goal, at rest."""
-        if isinstance(task, TravelTask):
-            return self._travel_left(task, now)
-        return self._transport_left(task, now)
+        if self.is_done(task, now):
+            return ""
+        return self._travel_text(task, now) if isinstance(task, TravelTask) else self._transport_text(task, now)
 
     def can_weld(self, task: GraspTask, now: Measurement) -> bool:
         """Whether the gripper is where the grasp frame is, at rest."""
@@ -75,23 +82,27 @@ class Arrival:
         """Of the fastest joint of a traveller, or component of a carried object's velocity [m/s, rad/s]."""
         return _fastest(now.qd[task.agent] if isinstance(task, TravelTask) else now.V_WO[task.object])
 
-    def _travel_left(self, task: TravelTask, now: Measurement) -> str:
+    def _has_travelled(self, task: TravelTask, now: Measurement) -> bool:
         q, tolerances = now.q[task.agent], self.tolerances
-        distance = float(np.linalg.norm((q - task.q_goal)[:NUM_BASE_JOINTS]))
-        joint = self.models.agents[task.agent].joint_error(q, task.q_goal)
-        speed = self.speed(task, now)
-        there = distance <= tolerances.position and joint <= tolerances.joint
-        if there and speed <= tolerances.speed and self._agent_is_inside(task, now):
-            return ""
+        there = _distance(q, task.q_goal) <= tolerances.position
+        there = there and self.models.agents[task.agent].joint_error(q, task.q_goal) <= tolerances.joint
+        return there and self._agent_is_inside(task, now)
+
+    def _is_delivered(self, task: TransportTask, now: Measurement) -> bool:
+        distance, turn = _offset(task, now)
+        there = distance <= self.tolerances.position and turn <= self.tolerances.angle
+        return there and self._object_is_inside(task, now)
+
+    def _team_speed(self, task: TransportTask, now: Measurement) -> float:
+        """Of a carried object [m/s], or of the fastest joint of who carries it if that is more."""
+        return max([hypot(*now.V_WO[task.object][3:].tolist()), *(_fastest(now.qd[a]) for a in task.team)])
+
+    def _travel_text(self, task: TravelTask, now: Measurement) -> str:
+        distance, speed = _distance(now.q[task.agent], task.q_goal), self.speed(task, now)
         return f"{task.agent} is {distance:.2f} m from its place in {task.goal} (speed {speed:.2f} m/s)"
 
-    def _transport_left(self, task: TransportTask, now: Measurement) -> str:
-        distance = float(np.linalg.norm(now.X_WO[task.object].translation() - task.p_goal))
-        turn = abs(heading_difference(now.X_WO[task.object].rotation().ToQuaternion().wxyz(), task.orientation_goal))
-        speed = max([float(np.linalg.norm(now.V_WO[task.object][3:])), *(_fastest(now.qd[a]) for a in task.team)])
-        there = distance <= self.tolerances.position and turn <= self.tolerances.angle
-        if there and speed <= self.tolerances.speed and self._object_is_inside(task, now):
-            return ""
+    def _transport_text(self, task: TransportTask, now: Measurement) -> str:
+        (distance, turn), speed = _offset(task, now), self._team_speed(task, now)
         team = f"{task.object} (carried by {', '.join(task.team)})"
         turned = f" and {np.rad2deg(turn):.1f} degrees" if turn > self.tolerances.angle else ""
         return f"{team} is {distance:.2f} m{turned} from its place in {task.goal} (speed {speed:.2f} m/s)"
@@ -111,6 +122,18 @@ def _is_inside(region: Region, radius: float, centre: np.ndarray, goal: np.ndarr
     return there <= 0.0 or here >= min(ROOM, 0.5 * there)
 
 
+def _distance(q: np.ndarray, q_goal: np.ndarray) -> float:
+    """Of a base from its goal [m]."""
+    return dist(q[:NUM_BASE_JOINTS].tolist(), q_goal[:NUM_BASE_JOINTS].tolist())
+
+
+def _offset(task: TransportTask, now: Measurement) -> tuple[float, float]:
+    """Of a carried object from its goal: distance [m] and turn about the vertical [rad]."""
+    X_WO = now.X_WO[task.object]
+    turn = heading_difference(X_WO.rotation().ToQuaternion().wxyz(), task.orientation_goal)
+    return dist(X_WO.translation().tolist(), task.p_goal.tolist()), abs(turn)
+
+
 def _fastest(qd: np.ndarray) -> float:
     """Of all joints [m/s, rad/s]."""
-    return float(np.abs(qd).max())
+    return max(map(abs, qd.tolist()))

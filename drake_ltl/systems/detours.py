@@ -58,7 +58,7 @@ class Detours:
         if state.active != ALL:
             if state.way and self._passed(state, tasks[state.active], now):
                 return state.new_interval(now, way=state.way[1:])
-            if not state.way and not self.arrival.left(tasks[state.active], now):
+            if not state.way and self.arrival.is_done(tasks[state.active], now):
                 return self._next_mover(state, step, now)
         if any(self.arrival.speed(task, now) > STALL_SPEED for task in tasks):
             return state if state.slow_since == np.inf else replace(state, slow_since=np.inf)
@@ -74,7 +74,7 @@ class Detours:
         order = arrival_order(np.array([self._place(task) for task in tasks]))
         after = order.index(state.active) + 1 if state.active != ALL else 0
         for index in order[after:] + order[:after]:
-            if self.arrival.left(tasks[index], now) and (way := self._way(state, step, index, now)) is not None:
+            if not self.arrival.is_done(tasks[index], now) and (way := self._way(state, step, index, now)) is not None:
                 state = state.holding(now, but=frozenset({Mode.REACH}))
                 state = state.new_interval(now, way=tuple(way), active=index)
                 return started(state, tasks[index], self.models, now)

@@ -60,20 +60,20 @@ def evaluate_field(field: StepField, force: float, models: Mapping[str, AgentMod
         ExecutionError: a relation is violated, of those it names.
     """
     travels, transports = field.travels, field.transports
-    p = np.empty((len(travels) + len(transports), 3))
-    gamma, slopes = 0.0, []
-    for row, task in enumerate(travels):
-        p[row] = world.centre(task.agent)
+    points, slopes, gamma = [], [], 0.0
+    for task in travels:
+        points.append(world.centre(task.agent))
         gamma_z, slope = models[task.agent].goal_error(world.q(task.agent), task.q_goal)
         gamma += gamma_z
         slopes.append(slope)
-    for row, task in enumerate(transports, start=len(travels)):
+    for task in transports:
         pose = world.q(task.object)
-        p[row] = *pose[4:6], task.p_goal[2]
+        points.append((*pose[4:6], task.p_goal[2]))
         gamma_R, slope_R = rotation_error(pose[:4], task.orientation_goal)
         error = pose[4:] - task.p_goal
         gamma += float(error @ error) + gamma_R
-        slopes.append(np.concatenate([0.5 * slope_R, error]))
+        slopes.append(np.array([*(0.5 * slope_R), *error]))
+    p = np.array(points)
     value, by_gamma, by_p = field.potential.value_and_gradient(gamma, p)
     if not isfinite(by_gamma):
         violated = ", ".join(str(label) for label in field.function.violated(field.relations.at(p)))

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import hypot, isfinite
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import Value
@@ -20,7 +21,6 @@ from drake_ltl.dynamics import (
     check_load_shares,
     growing_damping,
     quintic,
-    speed_of,
     team_wrench,
     tracking_acceleration,
     transition_torque,
@@ -28,7 +28,6 @@ from drake_ltl.dynamics import (
 )
 from drake_ltl.dynamics.null_space import PostureSpring
 from drake_ltl.errors import ExecutionError
-from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
@@ -40,7 +39,7 @@ from drake_ltl.systems.posture_springs import PostureSprings
 from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import Mode, Stage, pack_step, reach_ends
-from drake_ltl.systems.state_places import StatePlaces
+from drake_ltl.systems.state_places import StatePlaces, span
 from drake_ltl.systems.step_field import StepField
 
 
@@ -84,10 +83,10 @@ class Orders:
     carried: tuple[str, ...]
     """Objects."""
     carriers: dict[str, Carrier]
-    holds: bool
-    """Whether anybody holds."""
-    holding: np.ndarray
-    """1 for joints of agents that hold, else 0."""
+    damping: np.ndarray
+    """Diagonal of K of travellers' joints, else 0."""
+    frequency: np.ndarray
+    """Of joints of agents that hold [rad/s], else 0."""
     hold: np.ndarray
     """Where these joints are to stay."""
     reaches: dict[str, np.ndarray]
@@ -124,6 +123,7 @@ class MissionController(LeafSystem):
         super().__init__()
         self.set_name("mission_controller")
         self._places, self._crew = places, CrewModel(scenario.agents)
+        self._q, self._qd = span(places.q), span(places.qd)
         self._program, self._models, self._settings = program, models, scenario.controller
         self._latest, self._springs = LatestField(program, scenario, models), PostureSprings(models.agents)
         settings = scenario.controller
@@ -162,10 +162,10 @@ class MissionController(LeafSystem):
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
         x, orders, time = self._state.Eval(context), self._orders_of(self._progress.Eval(context)), context.get_time()
-        if not isfinite(np.add.reduce(x)) and (names := self._places.not_finite(x)):
+        if not isfinite(sum(x.tolist())) and (names := self._places.not_finite(x)):
             # a plant's own check would end the process
             raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {time:.3f} s")
-        q, qd = x[self._places.q], x[self._places.qd]
+        q, qd = x[self._q], x[self._qd]
         torque, field = self._torques(time, orders, q, qd, x)
         for name, drive in orders.drives.items():
             torque[drive.rows] = drive.torques(q[drive.rows], qd[drive.rows], field.agents.get(name))
@@ -173,7 +173,7 @@ class MissionController(LeafSystem):
 
     def _calc_lyapunov(self, context: Context, output: BasicVector) -> None:
         x, orders = self._state.Eval(context), self._orders_of(self._progress.Eval(context))
-        output.SetAtIndex(0, self._energy(orders, x[self._places.q], x[self._places.qd], x))
+        output.SetAtIndex(0, self._energy(orders, x[self._q], x[self._qd], x))
 
     def _calc_controls(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(np.append(self._torque.Eval(context), self._lyapunov.Eval(context)))
@@ -188,8 +188,8 @@ class MissionController(LeafSystem):
             return torque, REST
         world = self._world(orders, q, x)
         field = evaluate_field(orders.field, self._settings.force, self._models.agents, world)
-        for name, rows in orders.travels.items():
-            torque[rows] = self._transition(name, torque[rows], field.agents[name], qd[rows])
+        if orders.travels:
+            torque = self._transition(orders, torque, field, qd)
         V_WO = {name: x[self._places.velocity[name]] for name in field.objects}
         wrenches = {name: self._wrench(name, gradient, V_WO[name]) for name, gradient in field.objects.items()}
         for name, carrier in orders.carriers.items():
@@ -222,23 +222,26 @@ class MissionController(LeafSystem):
     def _world(self, orders: Orders, q: np.ndarray, x: np.ndarray) -> _World:
         return _World(self._crew, q, {name: x[self._places.pose[name]] for name in orders.carried})
 
-    def _transition(self, name: str, gravity: np.ndarray, gradient: np.ndarray, qd: np.ndarray) -> np.ndarray:
-        """(10a)."""
-        damping = growing_damping(self._damping[name], speed_of(qd[:NUM_BASE_JOINTS]), self._settings.speed_limit)
+    def _transition(self, orders: Orders, gravity: np.ndarray, field: FieldValue, qd: np.ndarray) -> np.ndarray:
+        """(10a) of all travellers at once; what others have instead of gravity stays as it is."""
+        gradient, damping, limit = np.zeros(len(qd)), orders.damping, self._settings.speed_limit
+        for name, rows in orders.travels.items():
+            gradient[rows] = field.agents[name]
+            vx, vy, *_ = qd[rows].tolist()
+            if (speed := hypot(vx, vy)) > limit:
+                damping = damping.copy()
+                damping[rows] = growing_damping(damping[rows], speed, limit)
         return transition_torque(gravity, gradient, damping, qd)
 
     def _wrench(self, name: str, gradient: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
         """What a team shares of (10b)."""
-        damping = growing_damping(self._team_damping, speed_of(V_WO[3:]), self._settings.speed_limit)
+        damping = growing_damping(self._team_damping, hypot(*V_WO[3:].tolist()), self._settings.speed_limit)
         return team_wrench(self._object_gravity[name], gradient, damping, V_WO)
 
     def _tracking_torque(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Computed torques of those who hold or reach, g_q of all others. Leaves the crew at q."""
-        if not (orders.holds or orders.reaches):
-            self._crew.set_configurations(q)
-            return self._crew.gravity()
         self._crew.set_state(q, qd * orders.tracking)
-        qdd = orders.holding * tracking_acceleration(q, qd, orders.hold, 0.0, 0.0, TRACKING_FREQUENCY)
+        qdd = tracking_acceleration(q, qd, orders.hold, 0.0, 0.0, orders.frequency)
         for name, reach in orders.reaches.items():
             rows, reference = self._crew.rows[name], quintic(time - reach[0], reach[1], *reach_ends(reach))
             qdd[rows] = tracking_acceleration(q[rows], qd[rows], *reference, TRACKING_FREQUENCY)
@@ -266,8 +269,8 @@ class MissionController(LeafSystem):
             travels=travels,
             carried=tuple(task.object for task in field.transports) if field is not None else (),
             carriers=carriers,
-            holds=bool(in_mode[Mode.HOLD]),
-            holding=self._mask(in_mode[Mode.HOLD]),
+            damping=self._mask(travels) * np.concatenate([*self._damping.values()]),
+            frequency=TRACKING_FREQUENCY * self._mask(in_mode[Mode.HOLD]),
             hold=np.concatenate([told.hold for told in signals.values()]),
             reaches={name: signals[name].reach for name in in_mode[Mode.REACH]},
             tracking=self._mask([*in_mode[Mode.HOLD], *in_mode[Mode.REACH]]),
@@ -298,8 +301,7 @@ class MissionController(LeafSystem):
         return mask
 
 
-@dataclass(frozen=True)
-class _World:
+class _World(NamedTuple):
     """Kinematics of the crew and its loads."""
 
     crew: CrewModel

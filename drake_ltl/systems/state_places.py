@@ -36,9 +36,9 @@ class StatePlaces:
         positions, velocities = np.split(numbers, [plant.num_positions()])
         q = [plant.GetPositionsFromArray(instance, positions) for instance in agents.values()]
         qd = [plant.GetVelocitiesFromArray(instance, velocities) for instance in agents.values()]
-        pose = {name: _span(plant.GetPositionsFromArray(instance, positions)) for name, instance in objects.items()}
+        pose = {name: span(plant.GetPositionsFromArray(instance, positions)) for name, instance in objects.items()}
         velocity = {
-            name: _span(plant.GetVelocitiesFromArray(instance, velocities)) for name, instance in objects.items()
+            name: span(plant.GetVelocitiesFromArray(instance, velocities)) for name, instance in objects.items()
         }
         stacked_q, stacked_qd = np.concatenate(q).astype(int), np.concatenate(qd).astype(int)
         sizes = tuple(len(part) for part in q)
@@ -53,8 +53,8 @@ class StatePlaces:
         return agents + [o for o in self.pose if not (finite[self.pose[o]].all() and finite[self.velocity[o]].all())]
 
 
-def _span(numbers: np.ndarray) -> slice:
-    """Numbers that follow one another."""
+def span(numbers: np.ndarray) -> slice:
+    """The same as indices that follow one another, as those of all agents do and those of an object."""
     start, size = int(numbers[0]), len(numbers)
     assert np.array_equal(numbers, np.arange(start, start + size)), numbers
     return slice(start, start + size)

@@ -8,8 +8,9 @@ from the begin of a phase to its end.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -59,6 +60,7 @@ class Supervision:
         self._holds = holds or {}
         self._names = list(models.agents)
         self._models = models
+        self._has_drives = not all(model.has_arm for model in models.agents.values())
         self._arrival = Arrival.of(models, scenario)
         self._detours = Detours(FieldBuilder(scenario, models), models, self._arrival)
 
@@ -92,7 +94,8 @@ class Supervision:
 
     def _keep_moving(self, state: Progress, now: Measurement) -> Progress:
         step = self.step(state)
-        state = with_stages(state, moving_tasks(step, state.leg, self._models).travels, self._models, now)
+        if self._has_drives:
+            state = with_stages(state, moving_tasks(step, state.leg, self._models).travels, self._models, now)
         return self._detours.keep_moving(state, step, now)
 
     def halt(self, state: Progress, now: Measurement) -> Progress:
@@ -126,28 +129,34 @@ class Supervision:
 
     def waiting_for(self, state: Progress, now: Measurement) -> list[str]:
         """What keeps the phase from ending, for people; empty when it can end."""
-        return list(self._reasons_to_wait(state, now))
+        return [text() for text in self._reasons_to_wait(state, now)]
 
-    def _reasons_to_wait(self, state: Progress, now: Measurement) -> Iterator[str]:
+    def _reasons_to_wait(self, state: Progress, now: Measurement) -> Iterator[Callable[[], str]]:
+        """As texts, which are made of those alone that people are to see."""
         if state.phase is Phase.NAVIGATE:
             step = self.step(state)
-            yield from filter(None, (self._arrival.left(task, now) for task in (*step.travels, *step.transports)))
+            for task in (*step.travels, *step.transports):
+                if not self._arrival.is_done(task, now):
+                    yield partial(self._arrival.left, task, now)
         for name, signals in zip(self._names, state.agents, strict=True):
             if signals.mode == Mode.REACH and state.phase not in (Phase.DONE, Phase.SAFE):
-                task = self._reach_task(state, name)
-                verb = "grasping" if isinstance(task, GraspTask) else "releasing"
-                yield f"{name} is still {verb} {task.weld.object}{self._gap_text(task, now)}"
+                yield partial(self._reach_text, state, name, now)
             elif signals.mode == Mode.HOLD and state.phase not in (Phase.DONE, Phase.SAFE):
                 yield from self._unrest(name, signals, now)
 
-    def _unrest(self, name: str, signals: AgentSignals, now: Measurement) -> Iterator[str]:
+    def _reach_text(self, state: Progress, name: str, now: Measurement) -> str:
+        task = self._reach_task(state, name)
+        verb = "grasping" if isinstance(task, GraspTask) else "releasing"
+        return f"{name} is still {verb} {task.weld.object}{self._gap_text(task, now)}"
+
+    def _unrest(self, name: str, signals: AgentSignals, now: Measurement) -> Iterator[Callable[[], str]]:
         """Of who holds still, and of what it holds: what was carried settles on the floor, however short the step."""
         if not self._arrival.rests(name, now, UNREST):
-            yield f"{name} has not come to rest"
+            yield partial("{} has not come to rest".format, name)
         if signals.grasp != NO_GRASP:
             obj = self.program.welds[signals.grasp].object
             if not self._arrival.lies_still(obj, now, UNREST):
-                yield f"{obj} has not come to rest"
+                yield partial("{} has not come to rest".format, obj)
 
     # Phases begin.
 
