@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
 from drake_ltl.multibody.differential_drive_model import DifferentialDriveModel
 from drake_ltl.multibody.drive_urdf import FREE_JOINTS
 from drake_ltl.multibody.parsing import has_wheels
-from drake_ltl.navigation.dipole import Dipole
-from drake_ltl.navigation.unicycle import UnicycleGains
 from drake_ltl.scenario.model import Agent, Scenario
 from drake_ltl.scenario.model_files import WHEELS
+
+if TYPE_CHECKING:  # verdicts load models, and nothing that steers
+    from drake_ltl.navigation.dipole import Dipole
+    from drake_ltl.navigation.unicycle import UnicycleGains
 
 FLOOR_FRICTION = 0.6
 """Coefficient of the floor on which all missions take place."""
@@ -66,13 +69,18 @@ class DriveAgent(AgentModel):
         self.scale: float = max(1.0, force / far)
         """By which the field's force is divided, and the drive's kinetic energy multiplied in V: its wheels may be weak
         where others are strong."""
-        decay = TURN_DECAY * drive.inertia
-        self.gains = UnicycleGains(
-            drive_damping=force / self.scale / CRUISE, turn_stiffness=TURN_RATE * decay, turn_damping=decay
-        )
+        self._damping = force / self.scale / CRUISE
         joints = self.joint_names
         self.wheels: tuple[int, int] = (joints.index(WHEELS[0]), joints.index(WHEELS[1]))
         """Rows of the left and of the right one in q."""
+
+    @cached_property
+    def gains(self) -> UnicycleGains:
+        """Of (U2) to (U4), with the damping far from the goal."""
+        from drake_ltl.navigation.unicycle import UnicycleGains
+
+        decay = TURN_DECAY * self.drive.inertia
+        return UnicycleGains(drive_damping=self._damping, turn_stiffness=TURN_RATE * decay, turn_damping=decay)
 
     @property
     def traction(self) -> float:
@@ -138,9 +146,9 @@ class DriveAgent(AgentModel):
     def drive_damping(self, q: np.ndarray, q_goal: np.ndarray, *, parked: bool = False) -> float:
         """K_v [N s/m]: positive, which is all that the fall of V asks of it."""
         if parked:
-            return PARK_DAMPING * self.gains.drive_damping
+            return PARK_DAMPING * self._damping
         gamma, _, _ = _dipole(q_goal).at(float(q[0]), float(q[1]))
-        return self.gains.drive_damping * (1.0 + (NEAR_DAMPING - 1.0) / (1.0 + gamma / NEAR**2))
+        return self._damping * (1.0 + (NEAR_DAMPING - 1.0) / (1.0 + gamma / NEAR**2))
 
     def energy(self, q: np.ndarray, qd: np.ndarray) -> float:
         """`mass_in_V` v^2 / 2 [J]; turning has no part in V."""
@@ -162,4 +170,6 @@ def _dipole(q_goal: np.ndarray) -> Dipole:
 
 @lru_cache(maxsize=256)
 def _made(x: float, y: float, heading: float) -> Dipole:
+    from drake_ltl.navigation.dipole import Dipole
+
     return Dipole((x, y), heading)
