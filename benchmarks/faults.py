@@ -24,6 +24,9 @@ PAGE = ROOT / "docs" / "faults.md"
 BEGIN, END = "<!-- table of benchmarks/faults.py -->", "<!-- end of the table -->"
 
 
+HEAD = ("| mission | what goes wrong | noticed | safe mode | then | verdict |", "|---|---|---|---|---|---|")
+
+
 @dataclass(frozen=True)
 class Case:
     """One row."""
@@ -127,21 +130,30 @@ def _judged(verdict: Verdict) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", action="store_true", help="put the table into docs/faults.md")
-    parser.add_argument("--only", help="cases whose fault contains this")
+    parser.add_argument("--write", action="store_true", help="put the rows into the table of docs/faults.md")
+    parser.add_argument("--only", default="", help="cases whose fault contains this")
     args = parser.parse_args()
-    lines = ["| mission | what goes wrong | noticed | safe mode | then | verdict |", "|---|---|---|---|---|---|"]
-    print("\n".join(lines), flush=True)
+    print("\n".join(HEAD), flush=True)
+    rows: dict[str, str] = {}
     for case in CASES:
-        if args.only is None or args.only in case.fault:
-            lines.append(row(case, *carry_out(case)))
-            print(lines[-1], flush=True)
+        if args.only in case.fault:
+            rows[key(case)] = row(case, *carry_out(case))
+            print(rows[key(case)], flush=True)
     if args.write:
         page = PAGE.read_text(encoding="utf-8")
         before, rest = page.split(BEGIN)
-        after = rest.split(END)[1]
-        table = "\n".join(lines)
+        old, after = rest.split(END)
+        rows = {
+            **{key(case): line for case in CASES for line in old.splitlines() if line.startswith(key(case))},
+            **rows,
+        }
+        table = "\n".join([*HEAD, *(rows[key(case)] for case in CASES if key(case) in rows)])
         PAGE.write_text(f"{before}{BEGIN}\n{table}\n{END}{after}", encoding="utf-8")
+
+
+def key(case: Case) -> str:
+    """How its row begins."""
+    return f"| {case.scenario} | {case.says} |"
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from drake_ltl.faults.legs import Bodies, finishing, gathering, releasing, sound
 from drake_ltl.faults.losses import DOOR
 from drake_ltl.planning.mission import Mission
 from drake_ltl.systems.program import MissionProgram, StepProgram
-from drake_ltl.systems.signals import NO_GRASP, Phase
+from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
 
 LOOK = 0.02
 """How often it is looked whether a fault is due that waits for a step or a grasp, and whether all rest [s]."""
@@ -194,8 +194,12 @@ class Leg:
         self._wait()
         losses, holds = self.going.losses, self.holds()
         carrying = {name for task in self._step.transports if sound(task, losses) for name in task.team}
-        if holds.keys() - carrying:
-            supervisor.LetGo(self._own, holds.keys() - carrying)
+        if wanted := holds.keys() - carrying:
+            supervisor.SetDown(self._own, wanted)
+            if any(told.mode == Mode.REACH for told in supervisor.GetProgress(self._own).agents):
+                self._restart_monitors()
+                self._wait()
+            supervisor.LetGo(self._own, wanted)
             self._apply_grasps()
             self._restart_monitors()
             self._wait()

@@ -21,6 +21,8 @@ from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_e
 
 BACKING_TIME = 3.0
 """A retreat in safe mode takes so long [s]."""
+LIFTED = 2e-3
+"""What is held so far above where it would stand is set down before it is let go of [m]: else it would fall."""
 QUIET = 0.02
 """Joints slower than this are at rest [m/s, rad/s]."""
 
@@ -48,6 +50,19 @@ class SafeMode:
             elif told.mode != Mode.HOLD and not isinstance(task, ReleaseTask):
                 hold = now.q[name] + now.qd[name] / TRACKING_FREQUENCY
                 state = state.with_agent(index, mode=Mode.HOLD, hold=hold)
+        return state
+
+    def set_down(self, state: Progress, now: Measurement, agents: Iterable[str]) -> Progress:
+        """What some agents hold above the floor, being lighter than was believed, they lower to where it can stand."""
+        wanted = set(agents)
+        for index, (name, told) in enumerate(zip(self.models.agents, state.agents, strict=True)):
+            if name in wanted and told.grasp != NO_GRASP:
+                weld, q = self.welds[told.grasp], now.q[name]
+                obj, p_WO = self.models.objects[weld.object], now.X_WO[weld.object].translation()
+                if p_WO[2] - obj.height > LIFTED:
+                    goal = self.models.grasp(name, weld.object, weld.option).q.copy()
+                    goal[:NUM_BASE_JOINTS] += p_WO[:NUM_BASE_JOINTS]
+                    state = state.with_agent(index, mode=Mode.REACH, reach=pack_reach(now.time, BACKING_TIME, q, goal))
         return state
 
     def let_go(self, state: Progress, now: Measurement, agents: Iterable[str]) -> Progress:

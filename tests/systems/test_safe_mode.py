@@ -76,6 +76,21 @@ def test_who_lets_go_comes_clear_of_an_object_that_has_slid_towards_it(safe_mode
     assert apart > models.geometry.agent_radius["a1"] + models.geometry.object_radius["o1"]
 
 
+def test_what_is_held_in_the_air_is_set_down(safe_mode, now, weld, models):
+    """Gripper and object come down together, straight, to where the object stands."""
+    (index, own), height = weld, models.objects["o1"].height
+    lifted = RigidTransform(now.X_WO["o1"].rotation(), [0.3, -0.2, height + 0.05])
+    later = replace(now, X_WO={**now.X_WO, "o1": lifted})
+    held = progress(later, Mode.HOLD, Mode.HOLD, Mode.HOLD, grasp=index)
+    state = safe_mode.set_down(held, later, ["a1", "a3"])
+    assert [told.mode for told in state.agents] == [Mode.REACH, Mode.HOLD, Mode.HOLD]
+    assert state.agents[0].grasp == index
+    gripper = models.agents["a1"].grasp_pose(reach_ends(state.agents[0].reach)[1])
+    stands = RigidTransform([0.3, -0.2, height])
+    assert gripper.IsNearlyEqualTo(stands @ models.grasp("a1", "o1", own.option).X_OE, 1e-6)
+    assert safe_mode.set_down(held, now, ["a1"]) is held  # it stands already
+
+
 def test_it_is_quiet_once_all_hold_and_rest_but_those_out_of_service(safe_mode, now):
     held = progress(now, Mode.HOLD, Mode.HOLD, Mode.HOLD)
     assert not safe_mode.is_quiet(held, now, frozenset())
