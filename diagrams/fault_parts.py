@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drake_ltl.diagrams.transport_plant import TransportPlant
@@ -38,22 +37,18 @@ class FaultParts:
     """Regions of which it is known that they are blocked."""
 
 
-Ports = Mapping[str | None, OutputPort]
-"""Member -> its state as it is seen; None -> that of everything."""
-
-
-def AddSensors(builder: DiagramBuilder, scenario: Scenario, parts: TransportPlant, exact: Ports) -> Ports:
-    """Noise and delay as the scenario has them; without any, measurements are exact."""
+def AddSensors(builder: DiagramBuilder, scenario: Scenario, parts: TransportPlant) -> OutputPort:
+    """Noise and delay as the scenario has them; without any, measurements are exact. Returns the state that is seen."""
     (settings, *_) = [*(fault.values for fault in scenario.faults if fault.kind == "sensors"), None]
     if settings is None:
-        return exact
+        return parts.plant.get_state_output_port()
     plant = parts.plant
     places = StatePlaces.of(plant, parts.agents, parts.objects)
     sensors = builder.AddSystem(
         Sensors(places, plant.num_positions(), plant.time_step(), seed=scenario.seed, **settings)
     )
-    builder.Connect(exact[None], sensors.get_state_input_port())
-    return {name: sensors.get_state_output_port(name) for name in exact}
+    builder.Connect(plant.get_state_output_port(), sensors.get_state_input_port())
+    return sensors.get_state_output_port()
 
 
 def AddDrives(builder: DiagramBuilder, models: MeasuredModels, torque: OutputPort) -> Drives:

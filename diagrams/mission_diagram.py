@@ -111,25 +111,21 @@ def MakeMissionDiagram(
     plant, support = transport_plant.plant, _add_support(builder, transport_plant)
     program = program or mission_program(mission, models, scenario)
     supervision = Supervision(program, scenario, models, num_steps, holds=holds)
-    supervisor = builder.AddSystem(PlanSupervisor(supervision, models, scenario.controller.period))
-    members = transport_plant.agents | transport_plant.objects
-    seen = {None: plant.get_state_output_port()}
-    seen |= {name: plant.get_state_output_port(instance) for name, instance in members.items()}
-    if faults is not None:
-        seen = AddSensors(builder, scenario, transport_plant, seen)
-    for name in members:
-        builder.Connect(seen[name], supervisor.get_state_input_port(name))
+    places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
+    supervisor = builder.AddSystem(PlanSupervisor(places, supervision, models, scenario.controller.period))
+    seen = plant.get_state_output_port() if faults is None else AddSensors(builder, scenario, transport_plant)
+    builder.Connect(seen, supervisor.get_state_input_port())
     parts = (builder, program, scenario, models, transport_plant, supervisor)
     if separate_controllers or own_controllers:
         torque = controls = AddSeparateControllers(*parts, own_controllers)
     else:
-        torque, controls = _add_controller(*parts, seen[None])
+        torque, controls = _add_controller(*parts, places, seen)
     driving, drives, doors, fault_monitors = torque, None, None, ()
     if faults is not None:
         drives, doors = AddDrives(builder, models, torque), builder.AddSystem(Doors(scenario.region_names))
         driving = drives.get_delivered_output_port()
         fault_monitors = AddFaultMonitors(
-            builder, faults, scenario, models, transport_plant, supervisor, seen[None], torque, drives, doors
+            builder, faults, scenario, models, transport_plant, supervisor, seen, torque, drives, doors
         )
     _drive(builder, transport_plant, driving)
     if meshcat is not None:
@@ -195,12 +191,11 @@ def _add_controller(
     models: MeasuredModels,
     transport_plant: TransportPlant,
     supervisor: PlanSupervisor,
+    places: StatePlaces,
     state: OutputPort,
 ) -> tuple[OutputPort, OutputPort]:
     """All control laws in one system. Returns the torques of all agents' joints, stacked (sum n_i,), and the same with
     V behind."""
-    plant = transport_plant.plant
-    places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     controller = builder.AddSystem(MissionController(places, program, scenario, models))
     builder.Connect(state, controller.get_state_input_port())
     builder.Connect(supervisor.get_progress_output_port(), controller.get_progress_input_port())

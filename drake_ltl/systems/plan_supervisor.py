@@ -26,6 +26,7 @@ from drake_ltl.systems.program import StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
 from drake_ltl.systems.record_signal import record_size, status_signal
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, pack_step
+from drake_ltl.systems.state_places import StatePlaces
 from drake_ltl.systems.supervision import Supervision
 
 MOST_WAY_POINTS = 64
@@ -39,8 +40,7 @@ class PlanSupervisor(LeafSystem):
 
         name: PlanSupervisor
         input_ports:
-        - state_<agent>
-        - state_<object>
+        - state
         output_ports:
         - mode_<agent>
         - hold_<agent>
@@ -54,30 +54,27 @@ class PlanSupervisor(LeafSystem):
         - record
         - progress
 
-    `mode_<agent>` is the selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`,
-    `course_` (of differential drives alone) and `shares_` are what the controllers of these names take; `step` is
-    packed by `signals.pack_step`; `anchor` all configurations and all objects' origins at the begin of the phase,
+    `state` is the plant's whole state (positions and velocities of everything) as it is measured; `mode_<agent>` is the
+    selector of the agent's PortSwitch (an InputPortIndex; 1 + signals.Mode); `hold_`, `reach_`, `course_` (of
+    differential drives alone) and `shares_` are what the controllers of these names take; `step` is packed by
+    `signals.pack_step`; `anchor` all configurations and all objects' origins at the begin of the phase,
     `anchor_<agent>` one of the configurations; `status` (2 + 2 N) is (count, interval, modes, commanded welds),
-    `record` the same with `step` and every `reach_<agent>` behind, for a log;
-    `progress` is all of it, a Progress.
+    `record` the same with `step` and every `reach_<agent>` behind, for a log; `progress` is all of it, a Progress.
 
     Grasps are welds, and welds are switched by whoever advances the Simulator: whenever the commanded grasps are
     newer than the applied ones, the next look ends AdvanceTo with this system's status. Apply `commanded_grasps`
     to the plant, then call `acknowledge`.
     """
 
-    def __init__(self, supervision: Supervision, models: MeasuredModels, period: float):
-        """The supervisor looks every `period` seconds."""
+    def __init__(self, places: StatePlaces, supervision: Supervision, models: MeasuredModels, period: float):
+        """`places` says what is where in the signal `state`; the supervisor looks every `period` seconds."""
         super().__init__()
         self.set_name("plan_supervisor")
-        self._supervision = supervision
+        self.places, self._supervision = places, supervision
         self._sizes = {name: model.n for name, model in models.agents.items()}
         self._drives = [name for name, model in models.agents.items() if not model.has_arm]
         self._objects = list(models.objects)
-        self._state_port = {
-            name: self.DeclareVectorInputPort(f"state_{name}", 2 * n) for name, n in self._sizes.items()
-        }
-        self._state_port |= {name: self.DeclareVectorInputPort(f"state_{name}", 13) for name in self._objects}
+        self._state = self.DeclareVectorInputPort("state", places.size)
         self._header = self.DeclareDiscreteState(8)
         """count, phase, step start, revision, interval, active mover, slow since, number of way points"""
         self._way = self.DeclareDiscreteState(2 * MOST_WAY_POINTS)
@@ -144,9 +141,8 @@ class PlanSupervisor(LeafSystem):
             "progress", Value[object], lambda context, output: output.set_value(self.GetProgress(context)), state
         )
 
-    def get_state_input_port(self, name: str) -> InputPort:
-        """Of an agent (2n,) or an object (13,)."""
-        return self._state_port[name]
+    def get_state_input_port(self) -> InputPort:
+        return self._state
 
     def get_mode_output_port(self, agent: str) -> OutputPort:
         return self._output[f"mode_{agent}"]
@@ -202,10 +198,6 @@ class PlanSupervisor(LeafSystem):
         """Begins the safe mode."""
         self._put(context, self._supervision.halt)
 
-    def SetDown(self, context: Context, agents: Iterable[str]) -> None:
-        """In safe mode: what some agents hold above the floor they lower."""
-        self._put(context, lambda state, now: self._supervision.safe_mode.set_down(state, now, agents))
-
     def LetGo(self, context: Context, agents: Iterable[str]) -> None:
         """In safe mode: some agents open their welds, which waits to be applied, and come away."""
         self._put(context, lambda state, now: self._supervision.safe_mode.let_go(state, now, agents))
@@ -220,12 +212,11 @@ class PlanSupervisor(LeafSystem):
 
     def measured(self, context: Context) -> Measurement:
         """What the supervisor sees now."""
-        states = {name: port.Eval(context) for name, port in self._state_port.items()}
-        q, qd = {}, {}
-        for name, n in self._sizes.items():
-            q[name], qd[name] = states[name][:n], states[name][n:]
-        bodies = {name: states[name] for name in self._objects}
-        return Measurement(context.get_time(), q, qd, _Poses(bodies), {name: x[7:] for name, x in bodies.items()})
+        x, places = self._state.Eval(context), self.places
+        q = {name: x[rows] for name, (rows, _) in places.spans.items()}
+        qd = {name: x[rows] for name, (_, rows) in places.spans.items()}
+        poses = _Poses({name: x[rows] for name, rows in places.pose.items()})
+        return Measurement(context.get_time(), q, qd, poses, {name: x[rows] for name, rows in places.velocity.items()})
 
     def _put(self, context: Context, change: Callable[[Progress, Measurement], Progress]) -> None:
         self.SetProgress(context, change(self.GetProgress(context), self.measured(context)))

@@ -26,12 +26,10 @@ class Sensors(LeafSystem):
         - state
         output_ports:
         - state
-        - state_<agent>
-        - state_<object>
 
-    `state` is the plant's whole state (positions and velocities of everything); `state_<agent>` is (q, qd) (2 n,),
-    `state_<object>` pose and velocity (13,). What comes out is as old as the delay, a whole number of samples, with
-    white noise on all numbers. The noise of a sample depends on the seed and on the time alone.
+    `state` is the plant's whole state (positions and velocities of everything). What comes out is as old as the delay,
+    a whole number of samples, with white noise on all numbers. The noise of a sample depends on the seed and on the
+    time alone.
     """
 
     def __init__(
@@ -68,20 +66,12 @@ class Sensors(LeafSystem):
             self.DeclareInitializationDiscreteUpdateEvent(self._begin)
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         self._measured = self.DeclareVectorOutputPort("state", places.size, self._calc_state)
-        self._of = {name: self._declare_part(name, rows) for name, rows in _rows(places).items()}
 
     def get_state_input_port(self) -> InputPort:
         return self._state
 
-    def get_state_output_port(self, name: str | None = None) -> OutputPort:
-        """Of everything, or of one agent or object."""
-        return self._measured if name is None else self._of[name]
-
-    def _declare_part(self, name: str, rows: np.ndarray) -> OutputPort:
-        def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(self._measure(context)[rows])
-
-        return self.DeclareVectorOutputPort(f"state_{name}", len(rows), calc)
+    def get_state_output_port(self) -> OutputPort:
+        return self._measured
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._measure(context))
@@ -110,14 +100,3 @@ class Sensors(LeafSystem):
         for index, value in zip(self._history, before, strict=False):
             values.set_value(index, value)
         return EventStatus.Succeeded()
-
-
-def _rows(places: StatePlaces) -> dict[str, np.ndarray]:
-    """Member -> where its numbers are."""
-    ends = np.cumsum(places.sizes)[:-1]
-    parts = zip(places.agents, np.split(places.q, ends), np.split(places.qd, ends), strict=True)
-    rows = {name: np.concatenate([q, qd]) for name, q, qd in parts}
-    numbers = np.arange(places.size)
-    return rows | {
-        name: np.concatenate([numbers[places.pose[name]], numbers[places.velocity[name]]]) for name in places.pose
-    }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -43,6 +44,13 @@ class StatePlaces:
         stacked_q, stacked_qd = np.concatenate(q).astype(int), np.concatenate(qd).astype(int)
         sizes = tuple(len(part) for part in q)
         return StatePlaces(len(numbers), tuple(agents), sizes, stacked_q, stacked_qd, pose, velocity)
+
+    @cached_property
+    def spans(self) -> Mapping[str, tuple[slice, slice]]:
+        """agent -> where its configuration is, and where its velocities."""
+        ends = np.cumsum(self.sizes)[:-1]
+        parts = zip(self.agents, np.split(self.q, ends), np.split(self.qd, ends), strict=True)
+        return {name: (span(q), span(qd)) for name, q, qd in parts}
 
     def not_finite(self, x: np.ndarray) -> list[str]:
         """Whose state has numbers that are not finite."""

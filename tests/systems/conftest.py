@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from drake_ltl.diagrams import AddTransportPlant
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_ltl.planning.mission import Layout
 from drake_ltl.systems.program import start_configuration
+from drake_ltl.systems.state_places import StatePlaces
 
 
 @pytest.fixture(scope="session")
@@ -44,9 +46,25 @@ class World:
         X = self.X_WO[name]
         return np.concatenate([X.rotation().ToQuaternion().wxyz(), X.translation(), self.V_WO[name]])
 
+    def whole_state(self, places: StatePlaces) -> np.ndarray:
+        """As the plant's state port has everything."""
+        x = np.zeros(places.size)
+        x[places.q], x[places.qd] = np.concatenate([*self.q.values()]), np.concatenate([*self.qd.values()])
+        for name in self.X_WO:
+            pose, velocity = np.split(self.state(name), [7])
+            x[places.pose[name]], x[places.velocity[name]] = pose, velocity
+        return x
+
     @property
     def anchor(self) -> np.ndarray:
         return np.concatenate([*self.q.values(), *(X.translation() for X in self.X_WO.values())])
+
+
+@pytest.fixture(scope="session")
+def places(case_ii, models) -> StatePlaces:
+    """In a plant of case ii."""
+    parts = AddTransportPlant(DiagramBuilder(), case_ii, models)
+    return StatePlaces.of(parts.plant, parts.agents, parts.objects)
 
 
 @pytest.fixture(scope="session")

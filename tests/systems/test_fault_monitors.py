@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drake_ltl.diagrams import MakeMissionDiagram
 from pydrake.common.value import Value
 
 from drake_ltl.multibody.crew import CrewModel
@@ -21,16 +20,9 @@ from drake_ltl.systems.fault_monitors.door import CLOSED_TIME
 from drake_ltl.systems.program import all_welds
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
-from drake_ltl.systems.state_places import StatePlaces
 
 DT = 0.005
 REST = {"first_step": 0, "ignored": frozenset()}
-
-
-@pytest.fixture(scope="module")
-def places(case_ii, models, mission):
-    parts = MakeMissionDiagram(mission, case_ii, models, num_steps=1, monitors=False).transport_plant
-    return StatePlaces.of(parts.plant, parts.agents, parts.objects)
 
 
 @pytest.fixture(scope="module")

@@ -23,8 +23,8 @@ PERIOD = 0.02
 
 
 @pytest.fixture
-def supervisor(program, case_ii, models) -> PlanSupervisor:
-    return PlanSupervisor(Supervision(program, case_ii, models, num_steps=2), models, PERIOD)
+def supervisor(program, case_ii, models, places) -> PlanSupervisor:
+    return PlanSupervisor(places, Supervision(program, case_ii, models, num_steps=2), models, PERIOD)
 
 
 @pytest.fixture
@@ -33,8 +33,7 @@ def world(mission, world_at):
 
 
 def show(supervisor, context, world) -> None:
-    for name in (*world.q, *world.X_WO):
-        supervisor.get_state_input_port(name).FixValue(context, world.state(name))
+    supervisor.get_state_input_port().FixValue(context, world.whole_state(supervisor.places))
 
 
 @pytest.fixture
@@ -47,8 +46,8 @@ def simulator(supervisor, world) -> Simulator:
 
 def test_ports_are_named(supervisor, models):
     agents, objects = tuple(models.agents), tuple(models.objects)
-    inputs = {supervisor.get_input_port(i).get_name() for i in range(supervisor.num_input_ports())}
-    assert inputs == {f"state_{name}" for name in (*agents, *objects)}
+    assert [supervisor.get_input_port(i).get_name() for i in range(supervisor.num_input_ports())] == ["state"]
+    assert supervisor.get_state_input_port() is supervisor.get_input_port(0)
     outputs = {supervisor.get_output_port(i).get_name() for i in range(supervisor.num_output_ports())}
     of_agents = {f"{kind}_{name}" for kind in ("mode", "hold", "reach", "anchor") for name in agents}
     of_all = {"step", "anchor", "status", "record", "progress"}
@@ -134,9 +133,9 @@ def some_progress(**changes) -> Progress:
     return replace(Progress(0, Phase.NAVIGATE, 0.0, 0, np.zeros(18), rest), **changes)
 
 
-def with_puppet(models, world, *says: Progress):
+def with_puppet(places, models, world, *says: Progress):
     puppet = Puppet(*says)
-    supervisor = PlanSupervisor(puppet, models, PERIOD)
+    supervisor = PlanSupervisor(places, puppet, models, PERIOD)
     simulator = Simulator(supervisor)
     show(supervisor, simulator.get_mutable_context(), world)
     return puppet, supervisor, simulator
@@ -167,10 +166,10 @@ progresses = st.builds(
 
 
 @pytest.fixture(scope="module")
-def packer(models):
+def packer(models, places):
     """One supervisor for many contexts, and what it is told to say."""
     puppet = Puppet()
-    return puppet, PlanSupervisor(puppet, models, PERIOD)
+    return puppet, PlanSupervisor(places, puppet, models, PERIOD)
 
 
 @given(progress=progresses)
@@ -196,24 +195,24 @@ def test_progress_passes_through_discrete_state(packer, mission, world_at, progr
     np.testing.assert_array_equal(supervisor.get_step_output_port().Eval(context), step)
 
 
-def test_a_long_way_is_cut(models, world):
+def test_a_long_way_is_cut(places, models, world):
     way = tuple((float(k), -float(k)) for k in range(MOST_WAY_POINTS + 5))
-    _, supervisor, simulator = with_puppet(models, world, some_progress(way=way, active=1))
+    _, supervisor, simulator = with_puppet(places, models, world, some_progress(way=way, active=1))
     simulator.Initialize()
     assert supervisor.GetProgress(simulator.get_context()).way == way[:MOST_WAY_POINTS]
 
 
-def test_shares_are_handed_on(models, world):
-    _, supervisor, simulator = with_puppet(models, world, some_progress())
+def test_shares_are_handed_on(places, models, world):
+    _, supervisor, simulator = with_puppet(places, models, world, some_progress())
     simulator.Initialize()
     context = simulator.get_context()
     np.testing.assert_array_equal(supervisor.get_shares_output_port("o2").Eval(context), [0.25, 0.0, 0.75])
     np.testing.assert_array_equal(supervisor.get_shares_output_port("o1").Eval(context), np.zeros(3))
 
 
-def test_commanded_grasps_end_the_advance_until_they_are_acknowledged(models, world):
+def test_commanded_grasps_end_the_advance_until_they_are_acknowledged(places, models, world):
     commanded = some_progress(revision=1)
-    puppet, supervisor, simulator = with_puppet(models, world, some_progress(), some_progress(), commanded)
+    puppet, supervisor, simulator = with_puppet(places, models, world, some_progress(), some_progress(), commanded)
     simulator.Initialize()
     context = simulator.get_mutable_context()
     status = simulator.AdvanceTo(1.0)
@@ -228,15 +227,15 @@ def test_commanded_grasps_end_the_advance_until_they_are_acknowledged(models, wo
     assert set(puppet.applied[2:]) == {1}
 
 
-def test_grasps_commanded_at_the_start_end_the_initialization(models, world):
-    _, supervisor, simulator = with_puppet(models, world, some_progress(revision=1))
+def test_grasps_commanded_at_the_start_end_the_initialization(places, models, world):
+    _, supervisor, simulator = with_puppet(places, models, world, some_progress(revision=1))
     status = simulator.Initialize()
     assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
     assert status.system() is supervisor
 
 
-def test_a_mission_that_is_done_ends_the_advance(models, world):
-    _, _, simulator = with_puppet(models, world, some_progress(), some_progress(phase=Phase.DONE, count=2))
+def test_a_mission_that_is_done_ends_the_advance(places, models, world):
+    _, _, simulator = with_puppet(places, models, world, some_progress(), some_progress(phase=Phase.DONE, count=2))
     simulator.Initialize()
     status = simulator.AdvanceTo(1.0)
     assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition

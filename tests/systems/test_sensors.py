@@ -22,7 +22,7 @@ def measured(until: float = 0.1, **settings) -> tuple[np.ndarray, np.ndarray]:
     source = builder.AddSystem(TrajectorySource(ramp))
     sensors = builder.AddSystem(Sensors(ONE_JOINT, 1, DT, **settings))
     builder.Connect(source.get_output_port(), sensors.get_state_input_port())
-    log = LogVectorOutput(sensors.get_state_output_port("a1"), builder, DT)
+    log = LogVectorOutput(sensors.get_state_output_port(), builder, DT)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(until)
     log = log.FindLog(simulator.get_context())
