@@ -198,6 +198,10 @@ class PlanSupervisor(LeafSystem):
         """Begins the safe mode."""
         self._put(context, self._supervision.halt)
 
+    def SetDown(self, context: Context, agents: Iterable[str]) -> None:
+        """In safe mode: what some agents hold above the floor they lower."""
+        self._put(context, lambda state, now: self._supervision.safe_mode.set_down(state, now, agents))
+
     def LetGo(self, context: Context, agents: Iterable[str]) -> None:
         """In safe mode: some agents open their welds, which waits to be applied, and come away."""
         self._put(context, lambda state, now: self._supervision.safe_mode.let_go(state, now, agents))
