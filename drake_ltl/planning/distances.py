@@ -57,13 +57,9 @@ def between(
     begun, home = distances(graph, begins, limit)[0], distances(back, ends, limit)[0]
     nodes = np.flatnonzero(begun + home < limit)
     edges, lengths = graph.edges_of(nodes), graph.starts[nodes + 1] - graph.starts[nodes]
-    sources = np.repeat(np.arange(len(nodes), dtype=np.int32), lengths)
-    useful = np.flatnonzero(begun[nodes][sources] + graph.weights[edges] + home[graph.targets[edges]] < limit)
-    sources, edges = sources[useful], edges[useful]
-    number = np.full(graph.n_nodes, -1, dtype=np.int32)
-    number[nodes] = np.arange(len(nodes))
-    smaller = Graph.of(len(nodes), sources, number[graph.targets[edges]], graph.weights[edges])
-    return smaller, nodes, edges
+    through = np.repeat(begun[nodes], lengths) + graph.weights[edges] + home[graph.targets[edges]]
+    edges = edges[through < limit]
+    return graph.part(nodes, edges), nodes, edges
 
 
 def single(n: int, node: int) -> NDArray[np.float64]:

@@ -61,8 +61,8 @@ class Priced:
     @cached_property
     def passed(self) -> NDArray[np.float64]:
         """(M, n): the least price + way from any root by way of each mark."""
-        graph, sources = self.marks.part.graph, self.marks.part.graph.sources
-        return distances(graph, self.marks.least(graph.targets, self.begun[sources] + graph.weights))[0]
+        graph = self.marks.part.graph
+        return distances(graph, self.marks.least_entering(graph.at_sources(self.begun) + graph.weights))[0]
 
     @cached_property
     def home(self) -> NDArray[np.float64]:
@@ -76,9 +76,8 @@ class Priced:
         """(M, n): the least way by way of each mark to any root."""
         if np.isfinite(self.prices).all():
             return self.marks.ahead
-        graph, sources = self.marks.part.graph, self.marks.part.graph.sources
-        by_edge = graph.weights + self.home[graph.targets]
-        return distances(self.marks.back, self.marks.least(sources, by_edge))[0]
+        graph = self.marks.part.graph
+        return distances(self.marks.back, self.marks.least_leaving(graph.weights + graph.at_targets(self.home)))[0]
 
     def some_loop(self) -> tuple[list[int], float]:
         """A loop (its first node stands at its end too) and price + weight: from the cheapest node always on to the
@@ -117,10 +116,10 @@ class Priced:
         part, graph, full = self.marks.part, self.marks.part.graph, self.marks.full
         so_far, to_come = _of_sets(self.passed, self.begun), _of_sets(self.homeward, self.home)
         alive = so_far + to_come[::-1] < limit
-        somewhere, sources = alive.any(axis=0), graph.sources
-        useful = somewhere[sources] & somewhere[graph.targets]
-        useful = np.flatnonzero(useful & (self.begun[sources] + graph.weights < limit))
-        sources, targets = sources[useful], graph.targets[useful]
+        somewhere = alive.any(axis=0)
+        useful = graph.at_sources(somewhere) & graph.at_targets(somewhere)
+        useful = np.flatnonzero(useful & (graph.at_sources(self.begun) + graph.weights < limit))
+        sources, targets = graph.sources[useful], graph.targets[useful]
         weights, marks = graph.weights[useful], part.marks[useful]
         number = np.full((full + 1, part.n_nodes), -1, dtype=np.int32)
         number[alive] = np.arange(np.count_nonzero(alive))

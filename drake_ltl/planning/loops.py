@@ -144,7 +144,7 @@ class _Tree:
         kept = np.flatnonzero(begun + left < limit)
         number = np.full(n, len(kept), dtype=np.int32)  # all others become one node that nothing leads to
         number[kept] = np.arange(len(kept))
-        edges = np.flatnonzero(begun[graph.sources] + graph.weights + left[graph.targets] < limit)
+        edges = np.flatnonzero(graph.at_sources(begun) + graph.weights + graph.at_targets(left) < limit)
         self._nodes = np.append(self._nodes[kept], -1)
         ends = number[graph.sources[edges]], number[graph.targets[edges]]
         smaller = Graph.of(len(kept) + 1, *ends, graph.weights[edges])

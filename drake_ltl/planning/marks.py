@@ -73,14 +73,16 @@ class Marks:
         """The graph with all edges turned round."""
         return self.part.graph.reversed()
 
-    def least(self, nodes: NDArray, values: NDArray) -> NDArray[np.float64]:
-        """(M, n): the least value given for each node by an edge with each mark.
+    def least_entering(self, values: NDArray) -> NDArray[np.float64]:
+        """(M, n): the least of the values (e,) of the edges with each mark that lead to each node."""
+        n, targets = self.part.n_nodes, self.part.graph.targets
+        return np.array([least(n, targets[rows], values[rows]) for rows in self._edges])
 
-        Args:
-            nodes: (e,), for each edge a node.
-            values: (e,)
-        """
-        return np.array([least(self.part.n_nodes, nodes[rows], values[rows]) for rows in self._edges])
+    def least_leaving(self, values: NDArray) -> NDArray[np.float64]:
+        """(M, n): the least of the values (e,) of the edges with each mark that begin in each node."""
+        marks, graph = self.part.marks, self.part.graph
+        marked = (np.where(marks & (1 << mark), values, np.inf) for mark in self.each)
+        return np.array([graph.folded(np.minimum, of_mark, np.inf) for of_mark in marked])
 
     @cached_property
     def _edges(self) -> list[NDArray[np.int64]]:
@@ -109,4 +111,4 @@ class Marks:
     @cached_property
     def _trees(self) -> tuple[NDArray, NDArray]:
         """The least way to each mark from every node, (M, n), and the next node on it, (M, n)."""
-        return distances(self.back, self.least(self.part.graph.sources, self.part.graph.weights))
+        return distances(self.back, self.least_leaving(self.part.graph.weights))

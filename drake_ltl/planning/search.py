@@ -96,12 +96,13 @@ def cheapest_lasso(
     Raises:
         SearchLimitError: the product is too large.
     """
-    _check_size(system, letter, automaton)
+    graph = _graph(system)
+    _check_size(graph, letter, automaton)
     largest = max(alpha, beta) * float(system.costs.max(initial=0.0))
 
     def product_with(reader: Automaton, weight: float) -> Product:
         weights = lexicographic(weight * system.costs, system.actions, largest)
-        return multiply(_graph(system, weights), letter, reader)
+        return multiply(replace(graph, weights=weights), letter, reader)
 
     product = product_with(automaton, beta)
     prefixes = _Prefixes.of(product if alpha == beta else product_with(automaton, alpha), letter, automaton, start)
@@ -115,7 +116,7 @@ def cheapest_lasso(
 
 def has_lasso(system: TransitionSystem, letter: NDArray, automaton: Automaton, start: int) -> bool:
     """Whether any run from `start` is accepted."""
-    graph = _graph(system, np.ones(system.n_transitions))
+    graph = replace(_graph(system), weights=np.ones(system.n_transitions))
     reachable = np.isfinite(_Prefixes.of(multiply(graph, letter, automaton), letter, automaton, start).distance)
     return any(
         accepting_part(multiply(graph, letter, rules), reachable, rules.full).n_nodes > 0
@@ -123,13 +124,12 @@ def has_lasso(system: TransitionSystem, letter: NDArray, automaton: Automaton, s
     )
 
 
-def _graph(system: TransitionSystem, weights: NDArray) -> Graph:
-    return Graph.of(system.n_states, system.sources, system.targets, weights)
+def _graph(system: TransitionSystem) -> Graph:
+    return Graph.of(system.n_states, system.sources, system.targets, system.costs)
 
 
-def _check_size(system: TransitionSystem, letter: NDArray, automaton: Automaton) -> None:
-    n_nodes = system.n_states * automaton.n_states
-    edges = count_edges(_graph(system, system.costs), letter, automaton)
+def _check_size(system: Graph, letter: NDArray, automaton: Automaton) -> None:
+    n_nodes, edges = system.n_nodes * automaton.n_states, count_edges(system, letter, automaton)
     if max(edges, n_nodes) > MOST_EDGES:
         raise SearchLimitError(f"the product of TS and the automaton is too large: {n_nodes} nodes, {edges} edges")
 

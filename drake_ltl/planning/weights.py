@@ -33,7 +33,10 @@ def lexicographic(
         actions: how many agents act, (E,), each below ACTION_LIMIT.
         largest: determines the quantum, so that weights of different costs can be added; None takes the largest.
     """
-    return in_units(costs, float(costs.max(initial=0.0)) if largest is None else largest) + ACTION_LIMIT + actions
+    weights = in_units(costs, float(costs.max(initial=0.0)) if largest is None else largest)
+    weights += ACTION_LIMIT
+    weights += actions
+    return weights
 
 
 def in_units(costs: NDArray[np.float64], largest: float) -> NDArray[np.float64]:
@@ -67,4 +70,5 @@ def _digits(largest: float) -> int:
 
 
 def _scaled(costs: NDArray[np.float64], digits: int) -> NDArray[np.float64]:
-    return np.rint(costs * 10.0**digits if digits >= 0 else costs / 10.0**-digits)
+    scaled = costs * 10.0**digits if digits >= 0 else costs / 10.0**-digits
+    return np.rint(scaled, out=scaled)

@@ -31,15 +31,14 @@ class Refusals:
     _answers: dict[tuple[int, Content], bool] = field(default_factory=dict)
 
     def find(self, run: Run) -> bool:
-        """Add what forbids a lasso; False if nothing does."""
+        """Add what forbids a lasso; whether anything does, be it found before or now."""
         states, loop = run
-        before = len(self.cuts) + len(self.weak)
         for state, after in pairwise((*states, states[loop])):
             self.weak += self._weak_teams(state, after)
             for region, content in self._contents(state, after):
                 if not any(cut.region == region and _within(cut.content, content) for cut in self.cuts):
                     self._find_cuts(region, content)
-        return len(self.cuts) + len(self.weak) > before
+        return not self.allows(run)
 
     def allows(self, run: Run) -> bool:
         """Whether all contents of a lasso fit and all teams are strong enough; nothing is learnt from it."""

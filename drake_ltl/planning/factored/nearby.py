@@ -82,7 +82,7 @@ class Nearby:
         alive = begun + home < self.limit
         whole = multiply(Graph.of(len(numbers), *steps), letter, self.product.automaton, alive)
         begun, home, alive = (values.reshape(-1) for values in (begun, home, alive))
-        kept = begun[whole.graph.sources] + whole.graph.weights + home[whole.graph.targets] < self.limit
+        kept = whole.graph.at_sources(begun) + whole.graph.weights + whole.graph.at_targets(home) < self.limit
         return Local(system, numbers, _only(whole, kept), alive, np.where(first, prices, np.inf).reshape(-1))
 
     def _by_state(self, values: NDArray, numbers: NDArray) -> NDArray[np.float64]:
@@ -113,8 +113,8 @@ class Local:
 
 def _only(product: Product, kept: NDArray[np.bool_]) -> Product:
     """The product with only some of its edges."""
-    graph, edges = product.graph, np.flatnonzero(kept)
-    smaller = Graph.of(graph.n_nodes, graph.sources[edges], graph.targets[edges], graph.weights[edges])
+    edges = np.flatnonzero(kept)
+    smaller = product.graph.part(np.arange(product.graph.n_nodes), edges)
     return Product(smaller, product.marks[edges], product.n_system)
 
 
