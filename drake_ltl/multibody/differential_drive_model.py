@@ -172,6 +172,17 @@ class DifferentialDriveModel:
         if not plant.HasFrameNamed(CENTRE_FRAME):
             found.append((f"has no frame {CENTRE_FRAME!r}", "add it above the middle of the axle"))
         self._refuse(found)
+        wheels = [plant.GetJointByName(wheel).child_body() for wheel in WHEELS]
+        found += [
+            (f"has a wheel {wheel.name()!r} without {what}", remedy)
+            for wheel in wheels
+            for what, remedy, has in (
+                ("collision geometry", "give it a tyre", bool(plant.GetCollisionGeometriesForBody(wheel))),
+                ("mass", "give it an <inertial>", wheel.default_mass() > 0.0),
+            )
+            if not has
+        ]
+        self._refuse(found)
 
     def _require_symmetry(self, X_WL, X_WR, left, right, centre, lowest: float) -> None:
         """The law counts on all of it; each is one line."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
 from drake_ltl.multibody.differential_drive_model import DifferentialDriveModel
 from drake_ltl.multibody.drive_urdf import FREE_JOINTS
@@ -65,6 +66,10 @@ class DriveAgent(AgentModel):
         grip = GRIP * friction * drive.weight * drive.wheel_radius / 2.0
         self.effort: float = min(drive.effort, grip)
         """Most that a wheel is asked for [N m]: what its motor can do, and its tyre."""
+        if not self.effort > 0.0:
+            what = "has wheels that cannot drive it: no torque, no friction or no weight on them"
+            remedy = "give each wheel an effort, and its tyre drake:mu_static"
+            raise InvalidInputError([Mistake(f"agents.{agent.name}.model", what, remedy)])
         far = FAR * self.traction
         self.scale: float = max(1.0, force / far)
         """By which the field's force is divided, and the drive's kinetic energy multiplied in V: its wheels may be weak
@@ -112,7 +117,8 @@ class DriveAgent(AgentModel):
         """Of all joints but x and y (6,) [rad, m], as far as its sphere has to cover them: wheels turn, tyres give way,
         and yaw changes nothing."""
         lower, upper = np.zeros(self.n), np.zeros(self.n)
-        lower[list(self.wheels)], upper[list(self.wheels)], lower[HEIGHT] = -np.pi, np.pi, -DEEPEST
+        lower[list(self.wheels)], upper[list(self.wheels)] = -np.pi, np.pi
+        lower[HEIGHT] = upper[HEIGHT] = -DEEPEST
         return lower[NUM_BASE_JOINTS:], upper[NUM_BASE_JOINTS:]
 
     @property

@@ -22,6 +22,8 @@ TEAM_SLACK = 0.03
 """Added to a measured r_{T,j} for what the joints give way while carrying [m]."""
 MAX_SAMPLES = 4000
 """Configurations at which an agent's radius is measured."""
+WHEEL_SAMPLES = 120
+"""Of a turn of a drive's wheels."""
 DENSE = 10
 """With fewer samples for each joint, the farthest of them are starts of a search for what lies between."""
 SEARCHES = 4
@@ -129,7 +131,7 @@ def _agent_reach(model: AgentModel, *, inner: bool = False) -> float:
 
     arms = [np.array(arm) for arm in _arm_samples(model)]
     distances = np.array([distance(arm) for arm in arms])
-    if _samples_per_joint(model) >= DENSE:
+    if _samples_per_joint(model) >= DENSE or not model.has_arm:
         return float(distances.max())
     starts = [arms[i] for i in np.argsort(-distances, kind="stable")[:SEARCHES]]
     return max(float(distances.max()), *(_search(distance, start, model.arm_limits) for start in starts))
@@ -153,11 +155,12 @@ def _team_reach(agents: Mapping[str, AgentModel], obj: ObjectModel, grasps: Gras
 
 
 def _arm_samples(model: AgentModel) -> Iterator[tuple[float, ...]]:
+    """A grid of the joints' ranges; of a drive, whose wheels reach what they reach one by one, its diagonal."""
     number = _samples_per_joint(model)
-    ranges = zip(*model.arm_limits, strict=True)
-    return itertools.product(*(np.linspace(lo, hi, number if lo < hi else 1) for lo, hi in ranges))
+    if not model.has_arm:
+        return iter(np.linspace(*model.arm_limits, WHEEL_SAMPLES))
+    return itertools.product(*(np.linspace(lo, hi, number) for lo, hi in zip(*model.arm_limits, strict=True)))
 
 
 def _samples_per_joint(model: AgentModel) -> int:
-    lower, upper = model.arm_limits
-    return max(2, int(MAX_SAMPLES ** (1 / max(1, int((lower < upper).sum())))))
+    return max(2, int(MAX_SAMPLES ** (1 / max(1, model.n - NUM_BASE_JOINTS))))

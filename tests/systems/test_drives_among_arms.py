@@ -67,6 +67,7 @@ def rates(q, qd):
     return heading_vector(q[YAW]) @ qd[:2], qd[YAW]
 
 
+@settings(max_examples=30)
 @given(state=STATES, f=st.lists(st.floats(-60.0, 60.0), min_size=2, max_size=2), stage=st.sampled_from(Stage))
 def test_its_law_is_that_of_the_formulas(drive, law, state, f, stage):
     """(U2) to (U4) with the force divided by the scale, as `navigation.unicycle` has them for arrays."""
@@ -83,6 +84,7 @@ def test_its_law_is_that_of_the_formulas(drive, law, state, f, stage):
     assert np.abs(torques).max() <= drive.effort + 1e-12 <= drive.drive.effort  # but for rounding
 
 
+@settings(max_examples=30)
 @given(state=STATES)
 def test_who_holds_is_brought_back_along_and_to_its_heading(drive, law, state):
     """In small: the force of a critically damped spring along the heading, and such a torque."""
