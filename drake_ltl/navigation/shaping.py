@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import exp, hypot, log, log1p
+from math import exp, expm1, hypot, log, log1p
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -24,6 +24,8 @@ from drake_ltl.navigation.relations import Array
 
 LARGEST_EXPONENT = 700.0
 """exp of more would overflow: far beyond any potential that means something, values saturate there."""
+LARGEST_POWER = 0.8
+"""Exponent of w at most: with it six movers gather as fast as one mover alone."""
 
 
 @runtime_checkable
@@ -44,28 +46,37 @@ class Shaping(Protocol):
 
 @dataclass(frozen=True)
 class PseudoHuber:
-    """psi = delta (sqrt(1 + w / delta^2) - 1), in m: a cone far away, quadratic (w / 2 delta) at the goal.
+    """psi = delta / (2 e) ((1 + w / delta^2)^e - 1), in m, with an exponent e of 1/2 or more.
 
-    With s = sqrt(w), a length, the slope with respect to s tends to 1 far away: k psi has a force of about k.
+    With e = 1/2 this is delta (sqrt(1 + w / delta^2) - 1): a cone far away, quadratic (w / 2 delta) at the goal. With
+    s = sqrt(w), a length, the slope with respect to s tends to 1 far away: k psi has a force of about k. Where many
+    gather, w grows much slower than squared distances do, and a larger e makes up for it (`gathering_exponent`).
     """
 
     delta: float = 0.5
     """Distance at which the cone turns into the bowl [m]; k / delta is the stiffness at the goal."""
+    exponent: float = 0.5
     supremum = float("inf")
 
     def value(self, L: Array) -> Array:
+        if self.exponent != 0.5:
+            grown = np.expm1(np.minimum(self.exponent * np.logaddexp(0.0, L - 2.0 * log(self.delta)), LARGEST_EXPONENT))
+            return 0.5 * self.delta / self.exponent * grown
         s = np.exp(np.minimum(0.5 * L, LARGEST_EXPONENT))
         return s * (s / (self.delta + np.hypot(self.delta, s)))  # no cancellation near 0, no square far away
 
     def log_slope(self, L: Array) -> Array:
-        return -log(2.0 * self.delta) - 0.5 * np.logaddexp(0.0, L - 2.0 * log(self.delta))
+        return -log(2.0 * self.delta) + (self.exponent - 1.0) * np.logaddexp(0.0, L - 2.0 * log(self.delta))
 
     def value_at(self, L: float) -> float:
+        if self.exponent != 0.5:
+            grown = expm1(min(self.exponent * _log_1_plus_exp(L - 2.0 * log(self.delta)), LARGEST_EXPONENT))
+            return 0.5 * self.delta / self.exponent * grown
         s = exp(min(0.5 * L, LARGEST_EXPONENT))
         return s * (s / (self.delta + hypot(self.delta, s)))
 
     def log_slope_at(self, L: float) -> float:
-        return -log(2.0 * self.delta) - 0.5 * _log_1_plus_exp(L - 2.0 * log(self.delta))
+        return -log(2.0 * self.delta) + (self.exponent - 1.0) * _log_1_plus_exp(L - 2.0 * log(self.delta))
 
 
 @dataclass(frozen=True)
@@ -119,14 +130,24 @@ NAMES = ("pseudo_huber", "logarithmic", "paper")
 """What a scenario may ask for."""
 
 
-def shaping_from(choice: str | Shaping, *, delta: float, kappa: float) -> Shaping:
+def gathering_exponent(n_movers: int, kappa: float) -> float:
+    """e with which psi grows as distances do while so many movers come from far to places near each other.
+
+    Their m = n (n - 1) / 2 betas and gamma all grow as the square of their distances, so that w = gamma / G^(1/kappa)
+    grows as the power 2 - 2 m / kappa of these, and w^e as the first if e = 1 / (2 - 2 m / kappa).
+    """
+    share = 0.5 * n_movers * (n_movers - 1) / kappa
+    return min(LARGEST_POWER, 0.5 / (1.0 - share)) if share < 1.0 else LARGEST_POWER
+
+
+def shaping_from(choice: str | Shaping, *, delta: float, kappa: float, n_movers: int = 1) -> Shaping:
     """The shaping of that name, or the user's own if it is fit to be one.
 
     Raises:
         InvalidInputError: see `check_shaping`; or an unknown name.
     """
     if choice == "pseudo_huber":
-        return PseudoHuber(delta)
+        return PseudoHuber(delta, gathering_exponent(n_movers, kappa))
     if choice == "logarithmic":
         return Logarithmic(delta)
     if choice == "paper":

@@ -125,7 +125,7 @@ class FieldBuilder:
             kappa=kappa,
             lambda_=settings.lambda_,
             h=settings.h,
-            shaping=shaping_from(settings.shaping, delta=settings.delta, kappa=kappa),
+            shaping=shaping_from(settings.shaping, delta=settings.delta, kappa=kappa, n_movers=relations.n_movers),
             n_movers=relations.n_movers,
         )
         return StepField(moving.travels, moving.transports, relations, function)

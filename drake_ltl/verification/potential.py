@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 LEAST_KAPPA, KAPPA_PER_FACTOR = 12.0, 1.25
 """kappa where the scenario leaves it open."""
+MOST_POWER = 0.8
+"""Of w in the pseudo-Huber shaping."""
 TOUCHING = 1e300
 """V where spheres touch [J]: in place of infinity, so that differences stay numbers."""
 
@@ -89,16 +91,17 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     with np.errstate(divide="ignore", invalid="ignore"):  # logarithms of betas <= 0
         here, at_goal = map(log_G, betas)
         w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
-    psi = _psi(settings, kappa, w)
+    psi = _psi(settings, kappa, w, len(movers))
     energy = _energy(motion, record, rows) + _posture_energy(motion, record, rows)
     return np.where(touching, TOUCHING, settings.force * psi + energy)
 
 
-def _psi(settings: ControllerSettings, kappa: float, w: np.ndarray) -> np.ndarray:
+def _psi(settings: ControllerSettings, kappa: float, w: np.ndarray, n_movers: int) -> np.ndarray:
     """psi(w) of the scenario's shaping; one of the user's own is taken at its word."""
     delta = settings.delta
     if settings.shaping == "pseudo_huber":
-        return w / delta / (1.0 + np.sqrt(1.0 + w / delta**2))
+        straight = max(2.0 - n_movers * (n_movers - 1) / kappa, 1.0 / MOST_POWER)
+        return delta / 2.0 * straight * np.expm1(np.log1p(w / delta**2) / straight)
     if settings.shaping == "logarithmic":
         return 0.5 * delta * np.log1p(w / delta**2)
     if settings.shaping == "paper":  # w / (1 + w^kappa)^(1/kappa), with powers of what is at most 1 alone

@@ -34,7 +34,7 @@ RELATIONS = Relations(
 )
 GOAL = np.array([[3.0, 0.0, 1.0], [-3.0, 0.0, 1.0], [0.0, 0.0, 0.3]])
 START = np.array([[-4.0, 1.0, 1.0], [5.0, -2.0, 0.5], [0.0, 0.0, 0.3]])
-SHAPINGS = [PseudoHuber(0.5), PseudoHuber(3.0), Logarithmic(0.5), PaperPhi(2.0)]
+SHAPINGS = [PseudoHuber(0.5), PseudoHuber(3.0, 0.7), Logarithmic(0.5), PaperPhi(2.0)]
 
 
 def squared_error(p):
