@@ -159,7 +159,7 @@ class Recording:
             recording = _from_parts(header, arrays)
             damage = [*header_damage(header), *array_damage(arrays)]
         except KeyError as error:
-            raise _mistake(path, f"is a damaged recording: it lacks {error.args[0]!r}", _ANEW) from error
+            raise _mistake(path, f"is a damaged recording: it lacks {shown(error.args[0])}", _ANEW) from error
         except Exception as error:  # what does not fit together shows in many ways
             raise _mistake(path, "is a damaged recording: its parts do not fit together", _ANEW) from error
         if damage:

@@ -12,7 +12,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.scenario.table import LARGEST, shown
+from drake_ltl.scenario.table import LARGEST, listing, shown
 from drake_ltl.verification.interval_soundness import interval_mistakes
 
 CARRIES = 3
@@ -63,9 +63,9 @@ def _radii(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
         for name, known in radii.items():
             radius = recorded.get(name)
             if not isinstance(radius, (int, float)) or not 0.0 < radius <= LARGEST:
-                yield Mistake(f"recording.{field}.{name}", f"{radius!r} is not a radius", _REMEDY)
+                yield Mistake(f"recording.{field}.{name}", f"{shown(radius)} is not a radius", _REMEDY)
             elif known is not None and not np.isclose(radius, known, rtol=1e-9, atol=0.0):
-                yield Mistake(f"recording.{field}.{name}", f"is {radius!r}", f"its scenario says {known!r}")
+                yield Mistake(f"recording.{field}.{name}", f"is {shown(radius)}", f"its scenario says {known!r}")
 
 
 def _shapes(recording: Recording) -> Iterator[Mistake]:
@@ -95,19 +95,20 @@ def _actions(step: StepRecord, scenario: Scenario) -> Iterator[Mistake]:
     if step.halted and not scenario.faults:
         yield Mistake(where, "was halted by a fault", "its scenario has no `faults`")
     if strangers := set(step.faulty) - {*scenario.agent_names, *scenario.object_names}:
-        yield Mistake(where, f"a fault befell {', '.join(sorted(strangers))}", "use the names of its scenario")
+        yield Mistake(where, f"a fault befell {listing(sorted(strangers))}", "use the names of its scenario")
     for action in step.actions:
         if set(action) != {"kind", "agents", "object", "from", "to"} or action["kind"] not in ACTION_KINDS:
-            yield Mistake(where, f"{action!r} is no action", f"kinds are {', '.join(ACTION_KINDS)}")
+            yield Mistake(where, f"{shown(action)} is no action", f"kinds are {', '.join(ACTION_KINDS)}")
             continue
         unknown = [name for name in action["agents"] if name not in scenario.agent_names]
         unknown += [name for name in (action["from"], action["to"]) if name not in scenario.region_names]
         if unknown or not action["agents"]:
-            yield Mistake(where, f"{action!r} names {unknown or 'no agent'}", "use the names of its scenario")
+            what = f"{shown(action)} names {shown(unknown) if unknown else 'no agent'}"
+            yield Mistake(where, what, "use the names of its scenario")
         if (action["object"] is None) != (action["kind"] == "travel"):
-            yield Mistake(where, f"{action!r} is incomplete", "all actions but a travel have an object")
+            yield Mistake(where, f"{shown(action)} is incomplete", "all actions but a travel have an object")
         elif action["object"] is not None and action["object"] not in scenario.object_names:
-            yield Mistake(where, f"{action!r} names no object", "use the names of its scenario")
+            yield Mistake(where, f"{shown(action)} names no object", "use the names of its scenario")
 
 
 def _twice(step: StepRecord) -> Iterator[Mistake]:

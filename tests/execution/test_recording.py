@@ -215,6 +215,7 @@ PARTS = "is a damaged recording: its parts do not fit together"
         ({"format": ...}, OTHER_ARCHIVE),
         ({"intervals": [{"step": 0}]}, "it lacks 'phase'"),
         ({"agents": ["a1", "a9"]}, "it lacks 'q/a9'"),
+        ({"agents": ["a1", 5000 * "x"]}, f"it lacks 'q/{74 * 'x'}..."),
         ({"agents": None}, PARTS),
         ({"steps": [{"number": 0}]}, "it lacks 'actions'"),
         ({"steps": 3}, PARTS),

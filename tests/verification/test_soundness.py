@@ -55,6 +55,7 @@ def test_refused(recording, changes, words):
         {"kind": "jump"},
         {"agents": ["a9"]},
         {"agents": ["o1"]},
+        {"agents": [5000 * "x"]},
         {"agents": []},
         {"from": "a1"},
         {"to": "pi9"},
@@ -65,7 +66,9 @@ def test_refused(recording, changes, words):
 def test_actions_of_another_world(recording, change):
     step = recording.steps[0]
     wrong = dataclasses.replace(step, actions=({**step.actions[0], **change},))
-    assert "recording.steps.0" in complaints(dataclasses.replace(recording, steps=(wrong, *recording.steps[1:])))
+    said = complaints(dataclasses.replace(recording, steps=(wrong, *recording.steps[1:])))
+    assert "recording.steps.0" in said
+    assert all(len(line) < 500 for line in said.splitlines())
 
 
 @pytest.mark.parametrize(
