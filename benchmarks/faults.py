@@ -122,7 +122,8 @@ def _on(run: FaultRun) -> str:
 def _judged(verdict: Verdict) -> str:
     if verdict.satisfied:
         return "satisfied"
-    kinds = [violation.what.split(":")[0] for violation in verdict.violations if violation.kind != "run"]
+    own = [violation for violation in verdict.violations if violation.kind not in ("run", "monitor")]
+    kinds = [violation.what.split(":")[0] for violation in own]
     ended = any(violation.kind == "run" for violation in verdict.violations)
     text = "; ".join(dict.fromkeys(kinds))
     return f"violated: {'ended early' if ended else ''}{'; ' if ended and text else ''}{text}"

@@ -110,7 +110,8 @@ def MakeMissionDiagram(
     transport_plant.plant.set_name("plant")
     plant, support = transport_plant.plant, _add_support(builder, transport_plant)
     program = program or mission_program(mission, models, scenario)
-    supervision = Supervision(program, scenario, models, num_steps, holds=holds)
+    ignored = frozenset() if faults is None else faults.ignored
+    supervision = Supervision(program, scenario, models, num_steps, holds=holds, ignored=ignored)
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     supervisor = builder.AddSystem(PlanSupervisor(places, supervision, models, scenario.controller.period))
     seen = plant.get_state_output_port() if faults is None else AddSensors(builder, scenario, transport_plant)

@@ -49,15 +49,16 @@ class Supervision:
         models: MeasuredModels,
         num_steps: int,
         holds: Mapping[str, int] | None = None,
+        ignored: frozenset[str] = frozenset(),
     ):
         """`num_steps` steps are carried out, then everything holds (Phase.DONE). `holds` are the welds with which it
-        begins: agent -> index."""
+        begins: agent -> index. Nobody waits for the members `ignored`, of whose faults is known, to come to rest."""
         if num_steps < 0:
             raise ValueError(f"num_steps must not be negative, not {num_steps!r}")
         self.program = program
         self.num_steps = num_steps
         self.safe_mode = SafeMode(models, program.welds)
-        self._holds = holds or {}
+        self._holds, self._ignored = holds or {}, ignored
         self._names = list(models.agents)
         self._models = models
         self._has_drives = not all(model.has_arm for model in models.agents.values())
@@ -151,6 +152,8 @@ class Supervision:
 
     def _unrest(self, name: str, signals: AgentSignals, now: Measurement) -> Iterator[Callable[[], str]]:
         """Of who holds still, and of what it holds: what was carried settles on the floor, however short the step."""
+        if name in self._ignored:
+            return
         if not self._arrival.rests(name, now, UNREST):
             yield partial("{} has not come to rest".format, name)
         if signals.grasp != NO_GRASP:

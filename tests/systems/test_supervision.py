@@ -551,6 +551,16 @@ def test_a_step_does_not_end_while_an_idle_robot_moves(puppets):
     assert stage.look().count == 1
 
 
+def test_nobody_waits_for_who_is_out_of_service(puppets, program, case_ii, models):
+    stage = puppets()
+    stage.supervision = Supervision(program, case_ii, models, ONE_ROUND, ignored=frozenset({"a1"}))
+    stage.begin()
+    for task in stage.step.travels:
+        stage.move(task)
+    stage.world.qd["a1"] = np.array([3.0, 0.0, 0.0, 0.0])
+    assert stage.look().count == 1
+
+
 def test_a_step_does_not_end_while_what_is_held_falls(puppets, program):
     """What was carried a millimetre above the floor falls on it when its team holds."""
     stage = puppets()
