@@ -37,9 +37,8 @@ def scenario(seed: int) -> dict[str, Any]:
     rng = random.Random(seed)
     carries = seed % 4 == 3
     regions = _regions(rng, 3, 3.8 if carries else 3.0)
-    kinds = [DRIVE] * rng.randint(1, 3) + [ARM if carries else rng.choice([ARM, ARM, MOBILE])] * (
-        2 if carries else rng.randint(0, 2)
-    )
+    arms = [ARM, ARM] if carries else [rng.choice([ARM, ARM, MOBILE]) for _ in range(rng.randint(0, 2))]
+    kinds = arms + [DRIVE] * rng.randint(1, 3)  # who needs most room first
     starts = {name: [] for name in regions}
     agents, objects = {}, {}
     if carries:

@@ -48,8 +48,8 @@ YAW, HEIGHT = FREE_JOINTS.index("yaw"), FREE_JOINTS.index("z")
 class DriveAgent(AgentModel):
     """A differential drive, q = (x, y, yaw, z, pitch, roll, wheels) (8,) as `drive_urdf` has it.
 
-    (x, y) is the middle p of its axle, yaw its heading theta; its bounding sphere is about p, at the height of the
-    frame `bounding_centre`. The navigation function knows of p alone.
+    (x, y) is its p, the centre of mass above the middle of its axle, and yaw its heading theta; its bounding sphere is
+    about p, at the height of the frame `bounding_centre`. The navigation function knows of p alone.
     """
 
     has_arm = False

@@ -4,15 +4,14 @@ A free body's pose is a quaternion, whose rates are none of its velocities. The 
 
     world - x - y - yaw - z - pitch - roll - base,
 
-have one number for each rate, and say what control laws ask for: about the middle of the axle, x, y and yaw are the
-pose (p, theta) of (U1). Nothing is tied by them: the wheels stand on the floor by contact.
+have one number for each rate, and say what control laws ask for: x, y and yaw are the pose (p, theta) of (U1). Pitch
+and roll are about the centre of mass, above the middle of the axle: whatever a body does that rocks on its tyres and
+casters, there forces change the velocity. Nothing is tied by these joints: the wheels stand on the floor by contact.
 """
 
 from __future__ import annotations
 
 from xml.dom import minidom
-
-from drake_ltl.scenario.model_files import WHEELS
 
 FREE_JOINTS = ("x", "y", "yaw", "z", "pitch", "roll")
 """In the order of q; the wheels follow."""
@@ -21,8 +20,10 @@ _TYPES = {"x": "prismatic", "y": "prismatic", "z": "prismatic"}
 _FRAME = "bounding_centre"
 
 
-def on_joints(document: minidom.Document) -> None:
+def on_joints(document: minidom.Document, centre: float) -> None:
     """Puts the robot on FREE_JOINTS, all zero where its base's origin is the world's.
+
+    `centre` is the height of its centre of mass there [m].
 
     Its frame `bounding_centre` no longer bounces and pitches with the tyres: it is as high above the floor as when the
     base is level, wherever x, y and yaw are.
@@ -31,16 +32,14 @@ def on_joints(document: minidom.Document) -> None:
     """
     robot = document.documentElement
     base = _root_link(robot)
-    (left, *_) = [joint for joint in _children(robot, "joint") if joint.getAttribute("name") == WHEELS[0]]
-    radius = _numbers(_origin(left))[2]
     parent = "world"
     for name in FREE_JOINTS:
         child = f"_{name}"
         _add(robot, "link", name=child)
-        height = radius if name == "z" else 0.0
+        height = centre if name == "z" else 0.0
         _join(robot, name, _TYPES.get(name, "continuous"), parent, child, height, _AXES[name])
         parent = child
-    _join(robot, "_base", "fixed", parent, base, -radius, None)
+    _join(robot, "_base", "fixed", parent, base, -centre, None)
     for frame in _children(robot, "frame"):
         if frame.getAttribute("name") == _FRAME:
             if frame.getAttribute("link") != base:
@@ -75,13 +74,3 @@ def _add(parent: minidom.Element, tag: str, **attributes: str) -> minidom.Elemen
 
 def _children(parent: minidom.Element, tag: str) -> list[minidom.Element]:
     return [node for node in parent.childNodes if getattr(node, "tagName", None) == tag]
-
-
-def _origin(joint: minidom.Element) -> str:
-    origins = _children(joint, "origin")
-    return origins[0].getAttribute("xyz") if origins else ""
-
-
-def _numbers(text: str) -> tuple[float, float, float]:
-    a, b, c = (float(number) for number in (text or "0 0 0").split())
-    return a, b, c

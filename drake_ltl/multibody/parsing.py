@@ -126,7 +126,7 @@ def _edited(agent: Agent, path: Path, has_arm: bool) -> str:
         text = path.read_text(encoding="utf-8")
         document = minidom.parseString(text)  # unlike ElementTree it keeps the prefix of Drake's tags
         if not has_arm:
-            drive_urdf.on_joints(document)
+            drive_urdf.on_joints(document, _centre_of_mass(agent, path))
         elif agent.heading != 0.0:
             _turn(agent, path, document)
     except (OSError, ExpatError, ValueError) as error:
@@ -134,6 +134,14 @@ def _edited(agent: Agent, path: Path, has_arm: bool) -> str:
     _anchor_files(document, path.parent)
     robot = document.documentElement.toxml()
     return "\n" * (text.rstrip().count("\n") - robot.count("\n")) + robot  # messages then name the file's lines
+
+
+def _centre_of_mass(agent: Agent, path: Path) -> float:
+    """Its height when the base's origin is the world's [m]."""
+    plant = MultibodyPlant(0.0)
+    parse_model(plant, f"agents.{agent.name}.model", path, agent.name)
+    plant.Finalize()
+    return float(plant.CalcCenterOfMassPositionInWorld(plant.CreateDefaultContext())[2])
 
 
 def _turn(agent: Agent, path: Path, document: minidom.Document) -> None:
