@@ -17,11 +17,13 @@ import argparse
 import contextlib
 import io
 import json
+import resource
 import signal
 import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -41,7 +43,9 @@ ROOT = Path(__file__).resolve().parents[1]
 KINDS = ("scenario", "recording", "scenario", "plan")
 SUFFIXES = {"scenario": "yaml", "recording": "npz", "plan": "json"}
 BATCH = 250
-"""Inputs that share a child. The first of each is given to the installed command as well."""
+"""Inputs that share a child. The first of each are given to the installed command as well."""
+COMMANDS = 8
+"""So many of each batch."""
 HANGS = 60.0
 """Only a command that hangs takes so long [s]."""
 PLANNED = 0.03
@@ -65,6 +69,7 @@ simulation: {time_step: 0.02}
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", type=int, default=10_000, help="malformed ones to be reached")
+    parser.add_argument("--commands", type=int, default=COMMANDS, help=f"of {BATCH} that the installed command gets")
     parser.add_argument("--seed", type=int, default=0, help="several may run at once")
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "soak")
     args = parser.parse_args()
@@ -87,13 +92,14 @@ def main() -> None:
                 wrong.append({"input": path.name, **outcome})
                 print(json.dumps(wrong[-1])[:2000], flush=True)
         number += BATCH
-        kind, path = sources.spoil(args.seed, number - BATCH)
-        if kind != "plan":
-            found = installed(kind, path)
-            commands += 1
-            slowest["installed command"] = max(slowest["installed command"], found["seconds"])
+        for found in commanded(args.seed, range(number - BATCH, number - BATCH + args.commands), sources):
+            commands, refused = commands + 1, found["status"] == 2
+            slowest["installed command"] = max(slowest["installed command"], found["seconds"] if refused else 0.0)
+            if refused and found["seconds"] > 1.0:
+                slow.append({"command": "installed", **found})
             if found["wrong"]:
-                wrong.append({"input": path.name, **found})
+                wrong.append(found)
+                print(json.dumps(found)[:2000], flush=True)
     seconds = time.perf_counter() - began
     result = {
         "seed": args.seed,
@@ -113,14 +119,14 @@ def main() -> None:
 class Sources:
     """What is sound: the examples, the plan of a small scenario and the first seconds of its run."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, seconds: float = 2.0):
         self.folder = folder
         self.texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "examples").glob("*.yaml"))]
         self.small = loads(SMALL)
         models = measure(self.small)
         mission = plan_and_place(self.small, models)
         self.plan = json.dumps(plan_to_json(mission.plan, self.small))
-        run = simulate(mission, self.small, models, report=stop_after(2.0))
+        run = simulate(mission, self.small, models, report=stop_after(seconds))
         sound = folder / f"sound_{os.getpid()}.npz"
         run.recording.save(sound)
         with np.load(sound) as archive:
@@ -132,13 +138,16 @@ class Sources:
         """Writes an input that may be malformed: half of them are scenarios."""
         chance, kind = Random(f"{seed} {number}"), KINDS[number % len(KINDS)]
         path = self.folder / f"{seed}_{number}.{SUFFIXES[kind]}"
-        if kind == "recording":
-            mutations.recording(chance, self.header, self.arrays, path)
-        elif kind == "plan":
-            path.write_bytes(mutations.plan(chance, self.plan))
-        else:
-            path.write_bytes(mutations.scenario(chance, chance.choice(self.texts)))
+        path.write_bytes(self.spoilt(chance, kind))
         return kind, path
+
+    def spoilt(self, chance: Random, kind: str) -> bytes:
+        """What may be malformed."""
+        if kind == "recording":
+            return mutations.recording(chance, self.header, self.arrays)
+        if kind == "plan":
+            return mutations.plan(chance, self.plan)
+        return mutations.scenario(chance, chance.choice(self.texts))
 
 
 def stop_after(seconds: float):
@@ -220,15 +229,32 @@ def read_plan(path: Path, scenario: Any) -> dict[str, Any]:
     return {"status": status, "seconds": time.process_time() - began, "wrong": wrong}
 
 
+def commanded(seed: int, numbers: range, sources: Sources) -> Iterator[dict[str, Any]]:
+    """What the installed command says of inputs; no command reads plans."""
+    for number in numbers:
+        kind, path = sources.spoil(seed, number)
+        if kind != "plan":
+            found = installed(kind, path)
+            yield {"input": path.name, **found}
+            if found["wrong"]:
+                continue
+        path.unlink()
+
+
 def installed(kind: str, path: Path) -> dict[str, Any]:
-    """The same through the installed command, with the time that Python and the library take to load."""
+    """The same through the installed command, with the CPU time that Python and the library take to load."""
     words = ["verify", path] if kind == "recording" else ["plan", path, "--time-limit", SOUND_TIME]
-    script, began = Path(sys.executable).with_name("drake-ltl"), time.perf_counter()
-    done = subprocess.run([script, *words], capture_output=True, text=True, timeout=HANGS, check=False)
-    seconds = time.perf_counter() - began
+    script, before = Path(sys.executable).with_name("drake-ltl"), _children_seconds()
+    done = subprocess.run([script, *words], capture_output=True, text=True, timeout=10 * HANGS, check=False)
     status, lines = done.returncode, done.stderr.splitlines()
     bad = status not in (0, 1, 2) or (status == 2 and not (lines and all(map(is_complaint, lines))))
-    return {"status": status, "seconds": seconds if status == 2 else 0.0, "wrong": done.stderr[:500] if bad else ""}
+    return {"status": status, "seconds": _children_seconds() - before, "wrong": done.stderr[:500] if bad else ""}
+
+
+def _children_seconds() -> float:
+    """CPU time of all children that have ended [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import copy
+import io
 import json
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -171,8 +171,8 @@ def plan(chance: Random, text: str) -> bytes:
     return json.dumps(_without_huge(spoil_entries(chance, json.loads(text)))).encode()
 
 
-def recording(chance: Random, header: dict, arrays: dict[str, np.ndarray], path: Path) -> None:
-    """Writes a recording's file."""
+def recording(chance: Random, header: dict, arrays: dict[str, np.ndarray]) -> bytes:
+    """A recording's file."""
     kind = chance.randrange(4)
     if kind == 0:
         header = _without_huge(spoil_entries(chance, header))
@@ -181,9 +181,9 @@ def recording(chance: Random, header: dict, arrays: dict[str, np.ndarray], path:
     elif kind == 2:
         arrays = spoil_arrays(chance, arrays)
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-    np.savez_compressed(path, header=text, **arrays)
-    if kind == 3:
-        path.write_bytes(spoil_bytes(chance, path.read_bytes()))
+    file = io.BytesIO()
+    np.savez_compressed(file, header=text, **arrays)
+    return spoil_bytes(chance, file.getvalue()) if kind == 3 else file.getvalue()
 
 
 def spoil_arrays(chance: Random, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
