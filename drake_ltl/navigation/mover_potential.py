@@ -14,7 +14,6 @@ from math import exp, inf, isfinite, log
 import numpy as np
 
 from drake_ltl.navigation.potential import NavigationFunction
-from drake_ltl.navigation.relations import Array
 from drake_ltl.navigation.shaping import LARGEST_EXPONENT, Logarithmic, PaperPhi, PseudoHuber
 from drake_ltl.navigation.step import StepRelations
 
@@ -23,6 +22,8 @@ FEW = 40
 LARGE = 1e140
 """Numbers below do not overflow with the lengths (below 1e154, for their squares are numbers) that they meet here."""
 
+Rows = list[list[float]]
+"""(m, 3)"""
 Fixed = tuple[float, float, float, float, float]
 """A point (x, y, z) [m] that never moves, the squared radius [m^2], and 1 to keep away from it or -1 to stay within."""
 
@@ -35,7 +36,7 @@ class MoverPotential:
     function: NavigationFunction
     """Of these relations."""
 
-    def value_and_gradient(self, gamma: float, p: Array) -> tuple[float, float, Array]:
+    def value_and_gradient(self, gamma: float, p: Rows) -> tuple[float, float, Rows]:
         """Phi, d Phi / d gamma and d Phi / dp (m, 3), as `NavigationFunction.value_and_gradient` has them.
 
         Where a relation is violated the derivatives are nan.
@@ -43,13 +44,13 @@ class MoverPotential:
         found = self._of_product(gamma, p) if self._is_plain else None
         if found is not None:
             return found
-        value, by_gamma, by_p = self.function.value_and_gradient(gamma, self.step.at(p))
-        return float(value), float(by_gamma), by_p[: self.step.n_movers]
+        value, by_gamma, by_p = self.function.value_and_gradient(gamma, self.step.at(np.array(p)))
+        return float(value), float(by_gamma), by_p[: self.step.n_movers].tolist()
 
-    def _of_product(self, gamma: float, p: Array) -> tuple[float, float, Array] | None:
+    def _of_product(self, gamma: float, p: Rows) -> tuple[float, float, Rows] | None:
         """For G the product of the betas; None where something touches or numbers are extreme."""
         function = self.function
-        G, half_slopes = self._product(p.tolist())
+        G, half_slopes = self._product(p)
         if not 0.0 < G < inf:
             return None
         log_scale = (function.log_G_goal - log(G)) / function.kappa
@@ -60,9 +61,9 @@ class MoverPotential:
         by_p = [[twice * x, twice * y, twice * z] for x, y, z in half_slopes]
         if not (value < LARGE and by_gamma < LARGE and isfinite(sum(map(sum, by_p)))):
             return None
-        return value, by_gamma, np.array(by_p)
+        return value, by_gamma, by_p
 
-    def _product(self, p: list[list[float]]) -> tuple[float, list[list[float]]]:
+    def _product(self, p: Rows) -> tuple[float, Rows]:
         """G and half the slopes of log G with respect to each coordinate; G = 0 where something touches."""
         G, slopes = 1.0, []
         for (x, y, z), around in zip(p, self._around, strict=True):

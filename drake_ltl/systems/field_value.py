@@ -59,36 +59,43 @@ def evaluate_field(field: StepField, force: float, models: Mapping[str, AgentMod
     Raises:
         ExecutionError: a relation is violated, of those it names.
     """
-    travels, transports = field.travels, field.transports
     points, slopes, gamma = [], [], 0.0
-    for task in travels:
-        points.append(world.centre(task.agent))
+    for task in field.travels:
+        points.append(world.centre(task.agent).tolist())
         gamma_z, slope = models[task.agent].goal_error(world.q(task.agent), task.q_goal)
         gamma += gamma_z
-        slopes.append(slope)
-    for task in transports:
+        slopes.append(slope.tolist())
+    for task in field.transports:
         pose = world.q(task.object)
-        points.append((*pose[4:6], task.p_goal[2]))
-        gamma_R, slope_R = rotation_error(pose[:4], task.orientation_goal)
-        error = pose[4:] - task.p_goal
-        gamma += float(error @ error) + gamma_R
-        slopes.append(np.array([*(0.5 * slope_R), *error]))
-    p = np.array(points)
-    value, by_gamma, by_p = field.potential.value_and_gradient(gamma, p)
+        x, y, _ = p_WO = pose[4:].tolist()
+        points.append([x, y, float(task.p_goal[2])])
+        gamma_T, slope = rotation_error(pose[:4], task.orientation_goal)
+        error = [here - there for here, there in zip(p_WO, task.p_goal.tolist(), strict=True)]
+        gamma += sum([length * length for length in error], gamma_T)
+        slopes.append([0.5 * turn for turn in slope.tolist()] + error)
+    value, by_gamma, by_p = field.potential.value_and_gradient(gamma, points)
     if not isfinite(by_gamma):
-        violated = ", ".join(str(label) for label in field.function.violated(field.relations.at(p)))
+        violated = ", ".join(str(label) for label in field.function.violated(field.relations.at(np.array(points))))
         raise ExecutionError(f"in collision: {violated}" if violated else f"no gradient at gamma = {gamma!r} m^2")
-    by_p = force * by_p
-    gradients = [2.0 * force * by_gamma * slope for slope in slopes]
-    for row, task in enumerate(travels):
-        gradients[row] += by_p[row] @ world.centre_jacobian(task.agent)
-    for row in range(len(travels), len(gradients)):
-        gradients[row][3:5] += by_p[row, :2]
-    return FieldValue(
-        force * value,
-        {task.agent: gradient for task, gradient in zip(travels, gradients, strict=False)},
-        {task.object: gradient for task, gradient in zip(transports, gradients[len(travels) :], strict=True)},
-    )
+    twice = 2.0 * force * by_gamma
+    forces = [[force * along for along in row] for row in by_p]
+    first = len(field.travels)
+    agents = {
+        task.agent: _pulled_back(twice, slope, f, world.centre_jacobian(task.agent))
+        for task, slope, f in zip(field.travels, slopes[:first], forces[:first], strict=True)
+    }
+    objects = {
+        task.object: np.array([twice * s + along for s, along in zip(slope, (0.0, 0.0, 0.0, *f[:2], 0.0), strict=True)])
+        for task, slope, f in zip(field.transports, slopes[first:], forces[first:], strict=True)
+    }
+    return FieldValue(force * value, agents, objects)
+
+
+def _pulled_back(factor: float, slope: list[float], f: list[float], J: np.ndarray) -> np.ndarray:
+    """factor * slope + f J (n,), for J (3, n)."""
+    (fx, fy, fz), (along_x, along_y, along_z) = f, J.tolist()
+    rows = zip(slope, along_x, along_y, along_z, strict=True)
+    return np.array([factor * s + (fx * x + fy * y + fz * z) for s, x, y, z in rows])
 
 
 def rotation_error(quaternion: np.ndarray, goal: np.ndarray) -> tuple[float, np.ndarray]:

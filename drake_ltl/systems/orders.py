@@ -1,0 +1,156 @@
+"""All that is constant of a mission's control laws while the supervisor's Progress stays, formed once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_ltl.dynamics import check_load_shares
+from drake_ltl.dynamics.null_space import PostureSpring
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.drive_law import DriveLaw
+from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
+from drake_ltl.systems.latest_field import LatestField
+from drake_ltl.systems.posture_springs import PostureSprings
+from drake_ltl.systems.program import MissionProgram
+from drake_ltl.systems.progress import AgentSignals, Progress
+from drake_ltl.systems.signals import Mode, Stage, pack_step
+from drake_ltl.systems.step_field import StepField
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """An agent of a team under way."""
+
+    agent: str
+    rows: slice
+    share: float
+    """c_tau."""
+    spring: PostureSpring | None
+    """Of a redundant agent."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """An object under way, and its team."""
+
+    object: str
+    carriers: tuple[Carrier, ...]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A differential drive."""
+
+    rows: slice
+    law: DriveLaw
+    hold: np.ndarray
+    """Where it holds (8,)."""
+    goal: np.ndarray | None = None
+    """Where it travels to (8,), if it does."""
+    stage: int = Stage.PARKED
+
+    def torques(self, q: np.ndarray, qd: np.ndarray, gradient: np.ndarray | None) -> np.ndarray:
+        """(8,) while k dPhi/dq is `gradient` (8,), None if it does not travel."""
+        if gradient is None or self.goal is None:
+            return self.law.hold(q, qd, self.hold)
+        return self.law.travel(q, qd, gradient, self.stage, self.goal)
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What the laws of all agents are formed of. Arrays are stacked, agent after agent (n,)."""
+
+    field: StepField | None
+    travels: Mapping[str, slice]
+    """Travellers with arms, with their rows."""
+    loads: tuple[Load, ...]
+    drives: Mapping[str, Drive]
+    """Differential drives."""
+    damping: np.ndarray
+    """Diagonal of K of travellers' joints, else 0."""
+    frequency: np.ndarray
+    """Of joints of agents that hold [rad/s], else 0."""
+    hold: np.ndarray
+    """Where these joints are to stay."""
+    reaches: Mapping[str, np.ndarray]
+    """agent -> signals.pack_reach."""
+    tracking: np.ndarray
+    """1 for joints of agents that hold or reach, else 0."""
+    moving: np.ndarray
+    """1 for joints whose kinetic energy counts in V, else 0."""
+
+
+class LatestOrders:
+    """Orders as a pure function of the Progress, kept for as long as this stays."""
+
+    def __init__(self, program: MissionProgram, scenario: Scenario, models: MeasuredModels, rows: Mapping[str, slice]):
+        """`rows` says where each agent's joints are in stacked arrays."""
+        settings, agents = scenario.controller, models.agents
+        self._program, self._agents, self._rows = program, agents, rows
+        self._field, self._springs = LatestField(program, scenario, models), PostureSprings(agents)
+        damping = [model.damping(settings.base_damping, settings.arm_damping) for model in agents.values()]
+        self._damping = np.concatenate(damping)
+        self._drive_laws = {
+            name: DriveLaw(model, TRACKING_FREQUENCY, settings.speed_limit)
+            for name, model in agents.items()
+            if not model.has_arm
+        }
+        self._latest: tuple[Progress | None, Orders | None] = (None, None)
+
+    def of(self, progress: Progress) -> Orders:
+        """What is to be done now."""
+        if self._latest[0] is not progress:
+            self._latest = (progress, self._form(progress))
+        return self._latest[1]
+
+    def _form(self, progress: Progress) -> Orders:
+        signals = dict(zip(self._agents, progress.agents, strict=True))
+        step = pack_step(self._program.index(progress.count), progress.phase, progress.interval, progress.leg)
+        reaches = {name: signals[name].reach for name in self._field.reaching(step)}
+        field = self._field.of(step, progress.anchor, reaches)
+        drives = {name: self._drive(name, told, field) for name, told in signals.items() if name in self._drive_laws}
+        with_arms = {name: told for name, told in signals.items() if name not in drives}
+        holding, reaching = (
+            [name for name, told in with_arms.items() if told.mode == mode] for mode in (Mode.HOLD, Mode.REACH)
+        )
+        travels = [task.agent for task in field.travels if task.agent in with_arms] if field is not None else []
+        loads = self._loads(field, self._field.snapshot(progress.anchor).q)
+        return Orders(
+            field=field,
+            travels={name: self._rows[name] for name in travels},
+            loads=loads,
+            drives=drives,
+            damping=self._mask(travels) * self._damping,
+            frequency=self._mask(holding) * TRACKING_FREQUENCY,
+            hold=np.concatenate([told.hold for told in signals.values()]),
+            reaches={name: signals[name].reach for name in reaching},
+            tracking=self._mask([*holding, *reaching]),
+            moving=self._mask([*travels, *(carrier.agent for load in loads for carrier in load.carriers)]),
+        )
+
+    def _drive(self, name: str, told: AgentSignals, field: StepField | None) -> Drive:
+        goals = [task.q_goal for task in field.travels if task.agent == name] if field is not None else []
+        return Drive(self._rows[name], self._drive_laws[name], told.hold, *((goals[0], told.stage) if goals else ()))
+
+    def _loads(self, field: StepField | None, anchor: Mapping[str, np.ndarray]) -> tuple[Load, ...]:
+        loads = []
+        for task in field.transports if field is not None else ():
+            check_load_shares(task.shares)
+            shares = dict(zip(self._agents, task.shares.tolist(), strict=True))
+            team = [self._carrier(name, shares[name], anchor[name]) for name in task.team]
+            loads.append(Load(task.object, tuple(team)))
+        return tuple(loads)
+
+    def _carrier(self, name: str, share: float, anchor: np.ndarray) -> Carrier:
+        spring = self._springs.of(name, anchor) if self._agents[name].is_redundant else None
+        return Carrier(name, self._rows[name], share, spring)
+
+    def _mask(self, agents: Iterable[str]) -> np.ndarray:
+        mask = np.zeros(len(self._damping))
+        for name in agents:
+            mask[self._rows[name]] = 1.0
+        return mask
