@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, TIME_LIMIT_HELP, file_path, scenario_path, seconds
 from drake_ltl.cli.guard import at_the_latest
-from drake_ltl.cli.outcome import check_writable, complain, console, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, working, write_json
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 
@@ -55,8 +55,8 @@ def run(args: argparse.Namespace) -> int:
     from drake_ltl.scenario import load
 
     scenario = load(args.file)
-    geometry = planning_geometry(scenario)
-    start, fits = planning_problem(scenario, geometry)
+    with working("loading the models"):
+        start, fits = planning_problem(scenario, planning_geometry(scenario))
     began = time.monotonic()
     try:
         found, method = planning.planned(args, scenario, start, fits)

@@ -12,7 +12,7 @@ from typing import Any
 from rich.console import Console
 
 from drake_ltl.cli.guard import at_the_latest
-from drake_ltl.cli.outcome import json_text
+from drake_ltl.cli.outcome import json_text, working
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.methods import Method, plan_by
@@ -36,7 +36,8 @@ def planned(args: argparse.Namespace, scenario: Scenario, start: State, fits: Fi
     last = {"path": args.json, "text": json_text(no_plan_json(scenario, "unknown"))}
     if args.method != "bounded":
         try:
-            with at_the_latest(limit, f"no plan: {complaint}", **last), time_limit(limit, complaint):
+            latest = at_the_latest(limit, f"no plan: {complaint}", **last)
+            with latest, time_limit(limit, complaint), working("planning"):
                 return plan_by("explicit", scenario, start, fits)
         except SearchLimitError:
             if args.method == "explicit":

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Column
 
 from drake_ltl.cli.arguments import HOST_HELP, SCENARIO_HELP, file_path, host, scenario_path
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, working, write_json
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     InfeasibleError,
@@ -71,10 +72,12 @@ def run(args: argparse.Namespace) -> int:
     from drake_ltl.planning.table import plan_table
     from drake_ltl.verification import to_json, verdict_table, verify
 
-    models = mission.measure(scenario)
+    with working("loading the models"):
+        models = mission.measure(scenario)
     out = console()
     try:
-        planned = mission.plan_and_place(scenario, models)
+        with working("planning"):
+            planned = mission.plan_and_place(scenario, models)
     except (InfeasibleError, SearchLimitError) as error:
         impossible = isinstance(error, InfeasibleError) and not isinstance(error, NoPlacesError)
         complain(f"{'infeasible' if impossible else 'no plan'}: {error}")
@@ -102,7 +105,8 @@ def run(args: argparse.Namespace) -> int:
     for seen in result.recording.monitored:
         complain(f"the {seen.monitor} monitor saw: {seen}")
     unsaved = _unsaved(result.recording, args.recording)
-    verdict = verify(result.recording, scenario)
+    with working("judging the run"):
+        verdict = verify(result.recording, scenario)
     out.print(verdict_table(verdict, scenario))
     data = to_json(verdict, wall_seconds=result.wall_seconds)
     write_json(args.json, data)
@@ -115,7 +119,8 @@ def run(args: argparse.Namespace) -> int:
         _save(result.recording, args.report / "recording.npz")
         write_json(args.report / "verdict.json", data)
         write_json(args.report / "plan.json", plan_to_json(planned.plan, scenario))
-        write_report(args.report, result.recording, scenario, verdict, geometry=models.geometry, plan=planned.plan)
+        with working("drawing the report"):
+            write_report(args.report, result.recording, scenario, verdict, geometry=models.geometry, plan=planned.plan)
     if result.interrupted:
         complain("interrupted")
         return INTERRUPTED
@@ -175,10 +180,11 @@ def _no_run_json(reason: str) -> dict[str, Any]:
 def _progress() -> Progress:
     return Progress(
         TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("step {task.completed}/{task.total}"),
+        BarColumn(bar_width=12),
+        TextColumn("{task.fields[step]}"),
         TimeElapsedColumn(),
-        TextColumn("{task.fields[waiting]}"),
+        TextColumn("{task.fields[waiting]}", table_column=Column(ratio=1, no_wrap=True)),  # all that is left of a line
+        expand=True,
         console=Console(stderr=True),
         transient=True,
         disable=not Console(stderr=True).is_terminal,
@@ -186,12 +192,13 @@ def _progress() -> Progress:
 
 
 def _reporter(bar: Progress):
-    task = bar.add_task("simulating", total=None, waiting="")
+    task = bar.add_task("simulating", total=None, step="", waiting="")
 
     def report(progress) -> None:
         save_when_interrupted()
         waiting = progress.waiting_for[0] if progress.waiting_for else ""
         text = f"t = {progress.time:.0f} s: {waiting}"
-        bar.update(task, completed=progress.step, total=progress.num_steps, waiting=text)
+        step = f"step {progress.step}/{progress.num_steps}"
+        bar.update(task, completed=progress.step, total=progress.num_steps, step=step, waiting=text)
 
     return report

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from drake_ltl.cli.arguments import file_path
-from drake_ltl.cli.outcome import check_writable, console, write_json
+from drake_ltl.cli.outcome import check_writable, console, working, write_json
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 
 
@@ -35,7 +35,8 @@ def run(args: argparse.Namespace) -> int:
 
     recording = Recording.load(args.recording)
     scenario = loads(recording.scenario, source_name=str(args.recording))
-    verdict = verify(recording, scenario)
+    with working("judging the run"):
+        verdict = verify(recording, scenario)
     console().print(verdict_table(verdict, scenario))
     write_json(args.json, to_json(verdict))
     return SUCCESS if verdict.satisfied else FAILURE
