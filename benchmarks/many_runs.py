@@ -18,13 +18,12 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import random_missions
 import second_look
-from random_missions import CrowdedError, Drawn
+from random_missions import CrowdedError
 
 from drake_ltl import mission
 from drake_ltl.errors import InfeasibleError, InvalidInputError, SearchLimitError
@@ -151,14 +150,12 @@ def planned(scenario: Scenario, seed: int) -> Sweep:
     return Sweep(scenario=scenario, geometry=models.geometry, plan=plan, seed=seed)
 
 
-def random_sweep(
-    seed: int, number: int, draw: Callable[[object], Drawn] = random_missions.draw
-) -> tuple[Sweep, tuple, list[str]]:
+def random_sweep(seed: int, number: int) -> tuple[Sweep, tuple, list[str]]:
     """The first drawn mission that has a plan in which something happens, and that is not too long."""
     refused: list[str] = []
     while True:
         try:
-            drawn = draw(f"{seed} {number} {len(refused)}")
+            drawn = random_missions.draw(f"{seed} {number} {len(refused)}")
             sweep = planned(loads(drawn.text, source_name="random"), seed)
         except (CrowdedError, InvalidInputError, InfeasibleError, SearchLimitError) as error:
             refused.append(type(error).__name__)
