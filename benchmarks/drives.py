@@ -36,7 +36,8 @@ def scenario(seed: int) -> dict[str, Any]:
     """A scenario file's content: who is where and goes where."""
     rng = random.Random(seed)
     carries = seed % 4 == 3
-    regions = _regions(rng, 3, 3.8 if carries else 3.0)
+    workspace, radius = (12.0, 3.8) if carries else (9.0, 2.6)
+    regions = _regions(rng, 3, radius, workspace)
     arms = [ARM, ARM] if carries else [rng.choice([ARM, ARM, MOBILE]) for _ in range(rng.randint(0, 2))]
     kinds = arms + [DRIVE] * rng.randint(1, 3)  # who needs most room first
     starts = {name: [] for name in regions}
@@ -69,7 +70,7 @@ def scenario(seed: int) -> dict[str, Any]:
             agents[f"a{number}"]["headings"] = {goal: round(rng.uniform(-math.pi, math.pi), 3)}
     return {
         "name": f"mix_{seed}",
-        "workspace": {"radius": 12.0},
+        "workspace": {"radius": workspace},
         "regions": regions,
         "agents": agents,
         **({"objects": objects} if objects else {}),
@@ -77,11 +78,11 @@ def scenario(seed: int) -> dict[str, Any]:
     }
 
 
-def _regions(rng: random.Random, count: int, radius: float) -> dict[str, Any]:
+def _regions(rng: random.Random, count: int, radius: float, workspace: float) -> dict[str, Any]:
     found: list[tuple[float, float]] = []
     while len(found) < count:
-        p = (rng.uniform(-8, 8), rng.uniform(-8, 8))
-        if math.hypot(*p) + radius < 11.5 and all(math.dist(p, q) > 2 * radius + 0.2 for q in found):
+        p = (rng.uniform(-workspace, workspace), rng.uniform(-workspace, workspace))
+        if math.hypot(*p) + radius < workspace - 0.3 and all(math.dist(p, q) > 2 * radius + 0.2 for q in found):
             found.append(p)
         elif rng.random() < 0.002:
             found.clear()
@@ -134,9 +135,9 @@ def run(seed: int) -> dict[str, Any]:
         "planned": True,
         "satisfied": verdict.satisfied,
         "violations": [str(violation) for violation in verdict.violations],
-        "clearance": min(clearances),
+        "clearance": min(clearances, default=math.inf),
         "lyapunov": verdict.max_lyapunov_increase,
-        "effort": max(value for name, value in verdict.max_effort.items() if not kinds[name]),
+        "effort": max((value for name, value in verdict.max_effort.items() if not kinds[name]), default=0.0),
         "stalls": len(verdict.detours),
         "steps": len(recorded.recording.steps),
         "longest": max(step.duration for step in recorded.recording.steps),

@@ -135,6 +135,10 @@ class AgentModel:
         """gamma_z (...) [m^2] of configurations (..., n)."""
         return (q - q_goal) ** 2 @ self.gamma_weights
 
+    def rates_of_travel(self, qd: np.ndarray) -> np.ndarray:
+        """Those of the rates (n,) that say whether it gets on [m/s, rad/s]."""
+        return qd
+
     def joint_error(self, q: np.ndarray, q_goal: np.ndarray) -> float:
         """Of the joint that is farthest from where it should be, but for x and y [rad]."""
         return float(np.abs((q - q_goal)[NUM_BASE_JOINTS:]).max())

@@ -34,6 +34,9 @@ which has the softest spring of all."""
 PARK_DAMPING = 8.0
 """... and by this factor while it turns on the spot, where it should not move: tyres and casters give way by tenths of
 a millimetre as torques change, and so rock a body that moves."""
+BRAKING = 2.0
+"""Damping for each newton of a force against the motion [s/m]: who comes near something at speed brakes while wheels
+can, not when only the barrier is left."""
 TURN_RATE = 2.5
 """Largest rate of turning [rad/s]."""
 TURN_DECAY = 6.4
@@ -144,6 +147,10 @@ class DriveAgent(AgentModel):
     def gamma(self, q: np.ndarray, q_goal: np.ndarray) -> np.ndarray:
         """gamma_z (...) [m^2] of configurations (..., 8)."""
         return _dipole(q_goal).value(q[..., :NUM_BASE_JOINTS])
+
+    def rates_of_travel(self, qd: np.ndarray) -> np.ndarray:
+        """Of p and of its heading (3,): wheels turn ten times as fast, and a body rocks where it stands."""
+        return qd[: YAW + 1]
 
     def joint_error(self, q: np.ndarray, q_goal: np.ndarray) -> float:
         """Between headings [rad]."""

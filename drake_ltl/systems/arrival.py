@@ -41,7 +41,7 @@ class Arrival:
     def is_done(self, task: TravelTask | TransportTask, now: Measurement) -> bool:
         """Whether a mover is at its goal, at rest. Whoever still moves is not asked for more, for that is quick."""
         if isinstance(task, TravelTask):
-            return self.speed(task, now) <= self.tolerances.speed and self._has_travelled(task, now)
+            return _fastest(now.qd[task.agent]) <= self.tolerances.speed and self._has_travelled(task, now)
         return self._team_speed(task, now) <= self.tolerances.speed and self._is_delivered(task, now)
 
     def left(self, task: TravelTask | TransportTask, now: Measurement) -> str:
@@ -79,8 +79,11 @@ class Arrival:
         return float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
 
     def speed(self, task: TravelTask | TransportTask, now: Measurement) -> float:
-        """Of the fastest joint of a traveller, or component of a carried object's velocity [m/s, rad/s]."""
-        return _fastest(now.qd[task.agent] if isinstance(task, TravelTask) else now.V_WO[task.object])
+        """Of the fastest joint of a traveller that says how it gets on, or component of a carried object's velocity
+        [m/s, rad/s]."""
+        if isinstance(task, TravelTask):
+            return _fastest(self.models.agents[task.agent].rates_of_travel(now.qd[task.agent]))
+        return _fastest(now.V_WO[task.object])
 
     def _has_travelled(self, task: TravelTask, now: Measurement) -> bool:
         q, tolerances = now.q[task.agent], self.tolerances
