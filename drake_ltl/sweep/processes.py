@@ -20,31 +20,43 @@ from drake_ltl.processes import end_with
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """What lets libraries of linear algebra use one core."""
+MOST_CALLS = 50
+"""A process that has answered so many makes room for another: Drake's Python keeps every diagram that has a system
+written in Python for as long as the process lasts (1.51), which is megabytes for each run."""
 
 
 class SteadyProcesses(Executor):
     """Processes that are started afresh (spawned), use a core each, and end when this one does.
 
     A call whose process ends raises BrokenProcessPool; those that were waiting for the same process as well, so submit
-    no more calls at a time than there are processes. As a context manager it waits for all calls, unless an exception
-    (Ctrl-C, for instance) leaves it: then the processes are killed. To be used from one thread.
+    no more calls at a time than there are processes. After `MOST_CALLS` calls a process makes room for another. As a
+    context manager it waits for all calls, unless an exception (Ctrl-C, for instance) leaves it: then the processes are
+    killed. To be used from one thread.
     """
 
     def __init__(self, processes: int):
         self._pools = [_pool() for _ in range(processes)]
         self._calls: list[list[Future]] = [[] for _ in self._pools]
+        self._answered = [0] * processes
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
         """Calls the function in the process with the fewest calls."""
         index = min(range(len(self._pools)), key=self._load)
+        if self._answered[index] >= MOST_CALLS and not self._calls[index]:
+            self._pools[index].shutdown()
+            self._renew(index)
         with _one_thread_each():
             try:
                 future = self._pools[index].submit(fn, *args, **kwargs)
             except BrokenProcessPool:
-                self._pools[index] = _pool()
+                self._renew(index)
                 future = self._pools[index].submit(fn, *args, **kwargs)
         self._calls[index].append(future)
+        self._answered[index] += 1
         return future
+
+    def _renew(self, index: int) -> None:
+        self._pools[index], self._answered[index] = _pool(), 0
 
     def _load(self, index: int) -> int:
         self._calls[index] = [call for call in self._calls[index] if not call.done()]

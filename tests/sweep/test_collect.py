@@ -9,6 +9,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExec
 import pytest
 
 from drake_ltl.errors import ExecutionError
+from drake_ltl.sweep import processes
 from drake_ltl.sweep.collect import ATTEMPTS, collect
 from drake_ltl.sweep.processes import SteadyProcesses
 
@@ -79,6 +80,16 @@ def test_processes_use_one_core_and_can_be_ended(fakes, monkeypatch):
     assert found == ["1", "1"]
     assert fakes.environment("OPENBLAS_NUM_THREADS") == "7"
     assert fakes.environment("OMP_NUM_THREADS") is None
+
+
+def test_processes_make_room_for_others(fakes, tmp_path, monkeypatch):
+    """What they keep is given back: each answers three calls here."""
+    monkeypatch.setattr(processes, "MOST_CALLS", 3)
+    kept = gather(SteadyProcesses(1), functools.partial(fakes.note, tmp_path), count=7, width=1)
+    assert kept == list(range(7))
+    identities = [line.split()[1] for line in (tmp_path / "calls").read_text(encoding="utf-8").splitlines()]
+    assert [len(set(identities[k : k + 3])) for k in (0, 3, 6)] == [1, 1, 1]
+    assert len(set(identities)) == 3
 
 
 def test_an_interruption_ends_the_processes_at_once(fakes, tmp_path):
