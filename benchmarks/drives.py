@@ -2,8 +2,8 @@
 
     python benchmarks/drives.py --seeds 100 --json out.json
 
-Each seed is a workspace of its own, one to three drives, up to three arms (of which two carry a crate in every fourth),
-and everybody has somewhere to go. Runs are judged by their verdicts; the exit status is 1 if any collides.
+Each seed is a workspace of its own, one to three drives, up to two arms (which carry a crate in every fourth), and
+everybody has somewhere to go. Runs are judged by their verdicts; the exit status is 1 if any collides.
 """
 
 from __future__ import annotations

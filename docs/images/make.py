@@ -1,7 +1,7 @@
 """Makes the pictures of the documentation from a recording: python docs/images/make.py out/recording.npz
 
 case_ii.png shows a team on its way, rendered by Drake; case_ii_steps.png is the overview of all steps; field.png is a
-navigation function and differential_drive.png an example: these need no recording (see their scripts).
+navigation function, differential_drive.png and courier.png are of examples: these need no recording (see there).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import courier
 import differential_drive
 import field
 import matplotlib.image
@@ -47,6 +48,7 @@ def main(path: str) -> None:
     """Writes the pictures next to this script."""
     field.main()
     differential_drive.main()
+    courier.main()
     recording = Recording.load(path)
     carrying = np.flatnonzero((recording.mode >= 3).sum(axis=1) >= 2)
     image = render(recording, int(carrying[len(carrying) // 8]))
