@@ -101,6 +101,17 @@ def rotation_mismatch(R_WO: np.ndarray, R_WO_goal: np.ndarray) -> tuple[float, n
 
 def quaternion_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> np.ndarray:
     """The unit quaternion (4,) of R_WB R_WA^T, the turn in W that takes A to B; for q = (w, x, y, z), of any length."""
+    return np.array(_difference(q_WB, q_WA))
+
+
+def quaternion_mismatch(q_WO: np.ndarray, q_WO_goal: np.ndarray) -> tuple[float, np.ndarray]:
+    """`rotation_mismatch` of quaternions (4,): 4 |v|^2 and its slope 4 w v (3,), for the difference (w, v)."""
+    w, x, y, z = _difference(q_WO, q_WO_goal)
+    return 4.0 * (x * x + y * y + z * z), np.array([4.0 * w * x, 4.0 * w * y, 4.0 * w * z])
+
+
+def _difference(q_WB: np.ndarray, q_WA: np.ndarray) -> tuple[float, float, float, float]:
+    """In numbers, which are quick."""
     a, b, c, d = q_WB.tolist()
     e, f, g, h = q_WA.tolist()
     w, x, y, z = (
@@ -110,18 +121,12 @@ def quaternion_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> np.ndarray:
         d * e - a * h + c * f - b * g,
     )
     length = hypot(w, x, y, z)
-    return np.array([w / length, x / length, y / length, z / length])
-
-
-def quaternion_mismatch(q_WO: np.ndarray, q_WO_goal: np.ndarray) -> tuple[float, np.ndarray]:
-    """`rotation_mismatch` of quaternions (4,): 4 |v|^2 and its slope 4 w v (3,), for the difference (w, v)."""
-    w, x, y, z = quaternion_difference(q_WO, q_WO_goal).tolist()
-    return 4.0 * (x * x + y * y + z * z), np.array([4.0 * w * x, 4.0 * w * y, 4.0 * w * z])
+    return w / length, x / length, y / length, z / length
 
 
 def heading_difference(q_WB: np.ndarray, q_WA: np.ndarray) -> float:
     """By how much B is turned from A about the vertical [rad], in (-pi, pi]; what is left is tilt."""
-    w, _, _, z = quaternion_difference(q_WB, q_WA)
+    w, _, _, z = _difference(q_WB, q_WA)
     return float(2.0 * np.arctan2(z, w) if w >= 0.0 else 2.0 * np.arctan2(-z, -w))
 
 

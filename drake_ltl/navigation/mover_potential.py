@@ -80,14 +80,17 @@ class MoverPotential:
                 by_z += weight * dz
             slopes.append([by_x, by_y, by_z])
         for a, b, squared_radius in self._pairs:
-            d = [here - there for here, there in zip(p[a], p[b], strict=True)]
-            beta = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - squared_radius
+            (x, y, z), (there_x, there_y, there_z) = p[a], p[b]
+            dx, dy, dz = x - there_x, y - there_y, z - there_z
+            beta = dx * dx + dy * dy + dz * dz - squared_radius
             if not beta > 0.0:
                 return 0.0, []
             G *= beta
-            for axis, length in enumerate(d):
-                slopes[a][axis] += length / beta
-                slopes[b][axis] -= length / beta
+            for slope, sign in ((slopes[a], 1.0), (slopes[b], -1.0)):
+                weight = sign / beta
+                slope[0] += weight * dx
+                slope[1] += weight * dy
+                slope[2] += weight * dz
         return G, slopes
 
     @cached_property

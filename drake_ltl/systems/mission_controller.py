@@ -88,12 +88,12 @@ class MissionController(LeafSystem):
         return self._controls
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        x, orders, time = self._state.Eval(context), self._orders.of(self._progress.Eval(context)), context.get_time()
+        x, orders = self._state.Eval(context), self._orders.of(self._progress.Eval(context))
         if not isfinite(sum(x.tolist())) and (names := self._places.not_finite(x)):
             # a plant's own check would end the process
-            raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {time:.3f} s")
+            raise ExecutionError(f"the state of {', '.join(names)} is not finite at t = {context.get_time():.3f} s")
         q, qd = x[self._q], x[self._qd]
-        torque, field = self._torques(time, orders, q, qd, x)
+        torque, field = self._torques(context, orders, q, qd, x)
         for name, drive in orders.drives.items():
             torque[drive.rows] = drive.torques(q[drive.rows], qd[drive.rows], field.agents.get(name))
         output.SetFromVector(torque)
@@ -106,10 +106,10 @@ class MissionController(LeafSystem):
         output.SetFromVector(np.append(self._torque.Eval(context), self._lyapunov.Eval(context)))
 
     def _torques(
-        self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray
+        self, context: Context, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray
     ) -> tuple[np.ndarray, FieldValue]:
         """(n,) of all agents but differential drives, and what moves them all."""
-        torque = self._tracking_torque(time, orders, q, qd)
+        torque = self._tracking_torque(context, orders, q, qd)
         if orders.field is None:
             return torque, REST
         world = _World(self._crew, self._places, q, x)
@@ -168,12 +168,13 @@ class MissionController(LeafSystem):
         damping = growing_damping(self._team_damping, hypot(*V_WO[3:].tolist()), self._settings.speed_limit)
         return team_wrench(self._object_gravity[name], gradient, damping, V_WO)
 
-    def _tracking_torque(self, time: float, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    def _tracking_torque(self, context: Context, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Computed torques of those who hold or reach, g_q of all others. Leaves the crew at q."""
         self._crew.set_state(q, qd * orders.tracking)
         qdd = tracking_acceleration(q, qd, orders.hold, 0.0, 0.0, orders.frequency)
         for name, reach in orders.reaches.items():
-            rows, reference = self._crew.rows[name], quintic(time - reach[0], reach[1], *reach_ends(reach))
+            rows, since = self._crew.rows[name], context.get_time() - reach[0]
+            reference = quintic(since, reach[1], *reach_ends(reach))
             qdd[rows] = tracking_acceleration(q[rows], qd[rows], *reference, TRACKING_FREQUENCY)
         return self._crew.inverse_dynamics(qdd)
 
