@@ -10,6 +10,7 @@ import numpy as np
 
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
 from drake_ltl.execution.recording import IntervalRecord
+from drake_ltl.systems.exchange import exchanged
 from drake_ltl.systems.legs import Moving, moving_tasks
 from drake_ltl.systems.signals import Phase, reach_ends, unpack_step
 
@@ -48,13 +49,13 @@ def read_intervals(
     Args:
         step: (T,) number of the step.
         phase: (T,) number of the interval within the step.
-        signal: (T, 6) packed by `signals.pack_step`.
+        signal: (T, 7) packed by `signals.pack_step`.
         reaches: agent -> (T, 2 + 2 n_i) packed by `signals.pack_reach`.
     """
     begins = np.flatnonzero(np.diff(step, prepend=-1) | np.diff(phase, prepend=-1)).tolist()
     for row, after in pairwise([*begins, len(step)]):
         index, kind, leg = unpack_step(signal[row])
-        program = mission.program.steps[index]
+        program = exchanged(mission.program.steps[index], leg.exchange, mission.models)
         if kind is not Phase.NAVIGATE or not (program.travels or program.transports):
             continue
         reaching = [task.weld.agent for task in (*program.grasps, *program.releases)]

@@ -1,7 +1,8 @@
 """What happens when all movers have come to rest short of their goals.
 
-A navigation function has saddles, and among many bodies that stand close also other minima. Then movers go on one
-after another, those first whose places lie innermost, each by way points around the others as they stand; every leg
+A navigation function has saddles, and among many bodies that stand close also other minima. Then travellers whose
+places are alike take those that leave the shortest ways (`exchange`). If that changes nothing, movers go on one after
+another, those first whose places lie innermost, each by way points around the others as they stand; every leg
 between way points has its own navigation function, and its own V. When some have arrived and bar the way of all
 others, all go at once again: under one navigation function those who stand in the way give way.
 """
@@ -16,8 +17,9 @@ from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation.detour import arrival_order, detour, run_up
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.drive_stages import set_out
+from drake_ltl.systems.exchange import better_rank, exchanged
 from drake_ltl.systems.legs import ALL, Leg, moving_tasks
-from drake_ltl.systems.program import StepProgram, TransportTask, TravelTask
+from drake_ltl.systems.program import MissionProgram, StepProgram, TransportTask, TravelTask
 from drake_ltl.systems.progress import Measurement, Progress
 from drake_ltl.systems.signals import Mode, reach_ends
 from drake_ltl.systems.step_field import FieldBuilder
@@ -30,6 +32,8 @@ PASSED = 0.15
 """A way point counts as passed at this distance [m] ..."""
 PASSED_SPEED = 0.05
 """... and the last one at this speed [m/s, rad/s]: a swinging arm would overshoot where room is scarce."""
+MOST_EXCHANGES = 6
+"""In one step; who stalls oftener goes on one by one."""
 
 
 def started(state: Progress, task: TravelTask | TransportTask, models: MeasuredModels, now: Measurement) -> Progress:
@@ -51,6 +55,7 @@ class Detours:
     fields: FieldBuilder
     models: MeasuredModels
     arrival: Arrival
+    program: MissionProgram
 
     def keep_moving(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
         """Looks after way points passed, lone movers that have arrived, and stalls."""
@@ -66,7 +71,27 @@ class Detours:
             return state
         if state.slow_since == np.inf:
             return replace(state, slow_since=now.time)
-        return self._next_mover(state, step, now) if now.time - state.slow_since >= STALL_TIME else state
+        if now.time - state.slow_since < STALL_TIME:
+            return state
+        return self._exchange(state, step, now) or self._next_mover(state, step, now)
+
+    def _exchange(self, state: Progress, step: StepProgram, now: Measurement) -> Progress | None:
+        """All at once again, some of them to other places, if that leaves shorter ways."""
+        if state.exchanges >= MOST_EXCHANGES:
+            return None
+        here = [self.models.agents[task.agent].centre(now.q[task.agent]) for task in step.travels]
+        number = self.program.index(state.count)
+        rank = better_rank(self.program, number, state.exchange, self.models, here)
+        if rank is None:
+            return None
+        state = replace(state, exchange=rank, exchanges=state.exchanges + 1)
+        return self._all_at_once(state, exchanged(self.program.steps[number], rank, self.models), now)
+
+    def _all_at_once(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
+        state = state.new_interval(now, way=(), active=ALL)
+        for task in (*step.travels, *step.transports):
+            state = started(state, task, self.models, now)
+        return state
 
     def _next_mover(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
         """The next mover in order that is not at its goal and can get there; all at once again if there is none."""
@@ -80,10 +105,7 @@ class Detours:
                 return started(state, tasks[index], self.models, now)
         if state.active == ALL:
             return replace(state, slow_since=now.time)
-        state = state.new_interval(now, way=(), active=ALL)
-        for task in tasks:
-            state = started(state, task, self.models, now)
-        return state
+        return self._all_at_once(state, step, now)
 
     def _place(self, task: TravelTask | TransportTask) -> np.ndarray:
         """Centre of the mover's sphere at its goal (3,) [m]."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.exchange import exchanged
 from drake_ltl.systems.legs import moving_tasks
 from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.signals import Phase, reach_ends, unpack_step
@@ -50,7 +51,7 @@ class LatestField:
 
     def _build(self, signal: np.ndarray, anchor: np.ndarray, reaches: Mapping[str, np.ndarray]) -> StepField | None:
         index, phase, leg = unpack_step(signal)
-        step = self._program.steps[index]
+        step = exchanged(self._program.steps[index], leg.exchange, self._models)
         if phase is not Phase.NAVIGATE or not (step.travels or step.transports):
             return None
         ends = {name: reach_ends(reach) for name, reach in reaches.items()}

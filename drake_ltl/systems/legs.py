@@ -23,6 +23,8 @@ class Leg:
     """Index into the step's travels, then transports; ALL if every one moves."""
     via: tuple[float, float] | None = None
     """Where that mover goes first, (x, y) of its sphere's centre [m]; None if straight to its goal."""
+    exchange: int = 0
+    """Rank of the permutation by which the step's travellers have taken each other's places, see `exchange`."""
 
 
 class Moving(NamedTuple):

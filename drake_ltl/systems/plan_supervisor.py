@@ -75,8 +75,9 @@ class PlanSupervisor(LeafSystem):
         self._drives = [name for name, model in models.agents.items() if not model.has_arm]
         self._objects = list(models.objects)
         self._state = self.DeclareVectorInputPort("state", places.size)
-        self._header = self.DeclareDiscreteState(8)
-        """count, phase, step start, revision, interval, active mover, slow since, number of way points"""
+        self._header = self.DeclareDiscreteState(10)
+        """count, phase, step start, revision, interval, active mover, slow since, number of way points, rank of the
+        exchange of places, number of exchanges"""
         self._way = self.DeclareDiscreteState(2 * MOST_WAY_POINTS)
         self._anchor = self.DeclareDiscreteState(sum(self._sizes.values()) + 3 * len(self._objects))
         self._agent_groups = {
@@ -242,7 +243,8 @@ class PlanSupervisor(LeafSystem):
         progress.set_value(self._latest[1])
 
     def _form_progress(self, values: DiscreteValues) -> Progress:
-        count, phase, step_start, revision, interval, active, slow_since, ahead = values.value(self._header)
+        header = values.value(self._header)
+        count, phase, step_start, revision, interval, active, slow_since, ahead, exchange, exchanges = header
         way = values.value(self._way).reshape(-1, 2)[: int(ahead)]
         agents = []
         for ints, hold, reach in self._agent_groups.values():
@@ -260,6 +262,8 @@ class PlanSupervisor(LeafSystem):
             int(active),
             tuple((float(x), float(y)) for x, y in way),
             slow_since,
+            int(exchange),
+            int(exchanges),
         )
 
     # Events.
@@ -288,6 +292,7 @@ class PlanSupervisor(LeafSystem):
         way = progress.way[:MOST_WAY_POINTS]
         header = [progress.count, progress.phase, progress.step_start, progress.revision]
         header += [progress.interval, progress.active, progress.slow_since, len(way)]
+        header += [progress.exchange, progress.exchanges]
         values.set_value(self._header, np.array(header, dtype=float))
         padded = np.zeros((MOST_WAY_POINTS, 2))
         padded[: len(way)] = np.reshape(way, (-1, 2))

@@ -50,6 +50,10 @@ class Progress:
     """Way points that it has ahead, before its goal."""
     slow_since: float = np.inf
     """Since when all movers have been at rest [s]."""
+    exchange: int = 0
+    """Rank of the permutation by which travellers have taken each other's places, see `Leg`."""
+    exchanges: int = 0
+    """How often they have done so in this step."""
 
     def with_agent(self, index: int, **changes) -> Progress:
         """With other signals for one agent."""
@@ -72,7 +76,7 @@ class Progress:
     @property
     def leg(self) -> Leg:
         """What moves now, and by way of which point."""
-        return Leg(self.active, self.way[0] if self.way else None)
+        return Leg(self.active, self.way[0] if self.way else None, self.exchange)
 
 
 @dataclass(frozen=True)

@@ -43,20 +43,21 @@ NO_GRASP = -1
 """In place of the index of a weld."""
 
 
-STEP_SIGNAL_SIZE = 6
+STEP_SIGNAL_SIZE = 7
 
 
 def pack_step(index: int, phase: Phase, interval: int, leg: Leg) -> np.ndarray:
-    """Signal `step` (6,): index into the program, phase, interval, active mover or ALL, way point or nan, nan."""
+    """Signal `step` (7,): index into the program, phase, interval, active mover or ALL, way point or nan, nan, rank of
+    the exchange of places."""
     via = (np.nan, np.nan) if leg.via is None else leg.via
-    return np.array([index, phase, interval, leg.active, *via], dtype=float)
+    return np.array([index, phase, interval, leg.active, *via, leg.exchange], dtype=float)
 
 
 def unpack_step(signal: np.ndarray) -> tuple[int, Phase, Leg]:
     """Index into the program, phase, leg."""
-    index, phase, _, active, x, y = signal
+    index, phase, _, active, x, y, exchange = signal
     via = None if int(active) == ALL or np.isnan(x) else (float(x), float(y))
-    return int(index), Phase(int(phase)), Leg(int(active), via)
+    return int(index), Phase(int(phase)), Leg(int(active), via, int(exchange))
 
 
 def pack_course(stage: int, q_goal: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.detours import Detours, started
 from drake_ltl.systems.drive_stages import with_stages
+from drake_ltl.systems.exchange import exchanged
 from drake_ltl.systems.legs import ALL, moving_tasks
 from drake_ltl.systems.program import GraspTask, MissionProgram, ReleaseTask, StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
@@ -63,7 +64,7 @@ class Supervision:
         self._models = models
         self._has_drives = not all(model.has_arm for model in models.agents.values())
         self._arrival = Arrival.of(models, scenario)
-        self._detours = Detours(FieldBuilder(scenario, models), models, self._arrival)
+        self._detours = Detours(FieldBuilder(scenario, models), models, self._arrival, program)
 
     def begin(self, now: Measurement) -> Progress:
         """The mission's first phase."""
@@ -107,8 +108,8 @@ class Supervision:
         return self.safe_mode.halt(state, now, {name: self._reach_task(state, name) for name in reaching})
 
     def step(self, state: Progress) -> StepProgram:
-        """The tasks of the step being carried out."""
-        return self.program.steps[self.program.index(state.count)]
+        """The tasks of the step being carried out, with the places that travellers have exchanged."""
+        return exchanged(self.program.steps[self.program.index(state.count)], state.exchange, self._models)
 
     def shares(self, state: Progress, obj: str) -> np.ndarray:
         """c_tau (N,) for the object; zeros while nobody carries it."""
@@ -175,6 +176,8 @@ class Supervision:
             active=ALL,
             way=(),
             slow_since=np.inf,
+            exchange=0,
+            exchanges=0,
         )
         step = self.step(state)
         for task in (*step.travels, *step.transports):

@@ -19,7 +19,7 @@ from drake_ltl.verification.clearances import (
     step_clearances,
 )
 from drake_ltl.verification.data import data_violations, finite_part
-from drake_ltl.verification.detours import detoured_steps
+from drake_ltl.verification.detours import detoured_steps, exchanged_steps
 from drake_ltl.verification.drives import arrival_turns, drive_violations, slides
 from drake_ltl.verification.expected import CanCarry, Expected, action_violations, expectations, powers_add_up
 from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_errors, weld_violations
@@ -121,6 +121,7 @@ def verify(
         max_slide=max((float(speed.max()) for speed in aside.values()), default=None),
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
         detours=detoured_steps(recording),
+        exchanges=exchanged_steps(recording),
         max_effort=_by_agent(recording, recording.agents, "effort", np.max),
         min_manipulability=_by_agent(recording, mechanics.gripper, "manipulability", np.min),
     )

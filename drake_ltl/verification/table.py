@@ -13,7 +13,7 @@ from rich.text import Text
 
 from drake_ltl.quantities import quantity
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.verification.detours import WORDS
+from drake_ltl.verification.detours import EXCHANGED, WORDS
 from drake_ltl.verification.drives import SLIDE, turn_limit
 from drake_ltl.verification.grasps import HELD_ANGLE, HELD_GAP
 from drake_ltl.verification.headings import limit
@@ -58,6 +58,7 @@ def _steps(verdict: Verdict) -> Table:
         table.add_row("", "start", letters[0], "")
     for index, step in enumerate(verdict.steps, start=1):
         texts = [action_text(action) for action in step.actions]
+        texts += [f"({EXCHANGED})"] if step.number in verdict.exchanges else []
         texts += [f"({WORDS})"] if step.number in verdict.detours else []
         letter = letters[index] if index < len(letters) else ""
         table.add_row(str(index), "\n".join(texts) or "all wait", letter, f"{step.duration:.1f}")

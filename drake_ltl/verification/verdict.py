@@ -55,6 +55,8 @@ class Verdict(Shown):
     """Largest angle of a differential drive from its heading where it arrives [rad]; None if none travels."""
     max_slide: float | None = None
     """Largest speed of a differential drive across its heading [m/s]; None without any."""
+    exchanges: tuple[int, ...] = ()
+    """Numbers of the steps in which movers stalled and took each other's places."""
     scenario: Scenario | None = field(default=None, compare=False)
     """What was demanded, as far as it is known: tables show it."""
 

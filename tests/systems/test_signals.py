@@ -20,7 +20,8 @@ from drake_ltl.systems.signals import (
 
 numbers = st.floats(-1e3, 1e3)
 counts = st.integers(0, 10**6)
-legs = st.one_of(st.just(Leg()), st.builds(Leg, st.integers(0, 20), st.none() | st.tuples(numbers, numbers)))
+vias = st.none() | st.tuples(numbers, numbers)
+legs = st.one_of(st.just(Leg()), st.builds(Leg, exchange=counts), st.builds(Leg, st.integers(0, 20), vias, counts))
 
 
 @given(counts, st.sampled_from(Phase), counts, legs)

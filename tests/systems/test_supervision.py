@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from drake_ltl.systems.detours import PASSED, PASSED_SPEED, STALL_TIME
+from drake_ltl.systems.detours import MOST_EXCHANGES, PASSED, PASSED_SPEED, STALL_TIME
 from drake_ltl.systems.legs import ALL
 from drake_ltl.systems.program import StepProgram, TravelTask
 from drake_ltl.systems.progress import Measurement, Progress
@@ -491,8 +491,9 @@ def test_a_mover_whose_goal_is_taken_waits_for_the_other(puppets, models):
 
 
 def test_all_wait_where_nobody_can_go(puppets, models, program):
-    """Both stand where the other is to go; nothing is done but to look again later."""
+    """Both stand where the other is to go, and have exchanged places too often; all that is done is to look later."""
     stage = stalled(puppets, models)
+    stage.progress = replace(stage.progress, exchanges=MOST_EXCHANGES)
     goals = {task.agent: models.agents[task.agent].centre(task.q_goal)[:2] for task in stage.step.travels}
     stand(stage, models, "a2", goals["a3"])
     stand(stage, models, "a3", goals["a2"])
@@ -504,6 +505,7 @@ def test_all_wait_where_nobody_can_go(puppets, models, program):
 def test_all_go_at_once_again_where_one_that_went_alone_bars_the_way(puppets, models):
     """a2 is on its way alone and stalls; both stand where the other is to go: nobody can go alone, all start anew."""
     stage = stalled(puppets, models)
+    stage.progress = replace(stage.progress, exchanges=MOST_EXCHANGES)
     stage.look(STALL_TIME + 0.1)
     goals = {task.agent: models.agents[task.agent].centre(task.q_goal)[:2] for task in stage.step.travels}
     stand(stage, models, "a2", goals["a3"])

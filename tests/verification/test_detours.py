@@ -7,7 +7,7 @@ import pytest
 from drake_ltl.execution.recording import IntervalRecord, StepRecord
 from drake_ltl.scenario import Scenario
 from drake_ltl.verification import Verdict, verdict_table
-from drake_ltl.verification.detours import WORDS, detoured_steps
+from drake_ltl.verification.detours import EXCHANGED, WORDS, detoured_steps, exchanged_steps
 
 TRAVEL = {"kind": "travel", "agents": ("a1",), "object": None, "from": "p", "to": "q"}
 
@@ -44,6 +44,24 @@ def test_a_step_in_which_somebody_took_another_way_is_a_detour(moving, found):
     assert detoured_steps(recording(*moving)) == found
 
 
+@pytest.mark.parametrize(
+    ("moving", "found"),
+    [
+        ([{"a1": 1.0, "a2": 2.0}, {"a1": 2.0, "a2": 1.0}], (0,)),
+        ([{"a1": 1.0, "a2": 2.0}, {"a2": 2.0}, {"a1": 2.0, "a2": 1.0}], (0,)),  # between them, one went alone
+        ([{"a1": 1.0, "a2": 2.0}, {"a1": 1.0, "a2": 2.0}], ()),
+        ([{"a1": 1.0}, {"a1": 0.5}, {"a1": 1.0}], ()),
+        ([{"a1": 1.0, "a2": 2.0}, {"a2": 2.0}], ()),
+    ],
+)
+def test_a_step_in_which_places_were_exchanged_is_named_so(moving, found):
+    assert exchanged_steps(recording(*moving)) == found
+
+
+def test_who_exchanged_places_was_not_led_around():
+    assert detoured_steps(recording({"a1": 1.0, "a2": 2.0}, {"a1": 2.0, "a2": 1.0})) == ()
+
+
 def test_the_table_says_so(capsys):
     from rich.console import Console
 
@@ -51,11 +69,15 @@ def test_the_table_says_so(capsys):
     scenario = Scenario("s", 1.0, (), (), ())
     kinds = ("agent_agent", "agent_object", "object_object", "team_other", "forbidden_region", "workspace")
     texts = []
-    for detours in ((), (0,)):
-        verdict = Verdict(True, (), (), (step,), dict.fromkeys(kinds), 0.0, 0.0, 0.0, 0.0, 1.0, detours)
+    for detours, exchanges in (((), ()), ((0,), ()), ((), (0,))):
+        verdict = Verdict(
+            True, (), (), (step,), dict.fromkeys(kinds), 0.0, 0.0, 0.0, 0.0, 1.0, detours, exchanges=exchanges
+        )
         console = Console(width=200)
         console.print(verdict_table(verdict, scenario))
         texts.append(capsys.readouterr().out)
 
     assert WORDS not in texts[0]
     assert WORDS in texts[1]
+    assert EXCHANGED not in texts[1]
+    assert EXCHANGED in texts[2]
