@@ -52,12 +52,14 @@ def scenario(seed: int) -> dict[str, Any]:
         }
         others = [name for name in regions if name != where]
     for number, kind in enumerate(kinds, 1):
-        begin, goal = rng.sample([*regions], 2)
+        order = rng.sample([*regions], 3)
         if carries and kind == ARM:
-            begin = others.pop()
-        position = _place(rng, regions[begin], kind, starts[begin])
-        if position is None:
+            order = [others.pop()]
+        found = ((name, _place(rng, regions[name], kind, starts[name])) for name in order)
+        begin, position = next(((name, place) for name, place in found if place is not None), (None, None))
+        if begin is None:
             continue
+        goal = rng.choice([name for name in regions if name != begin])
         agents[f"a{number}"] = {
             "model": kind,
             "position": position,
