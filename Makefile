@@ -24,7 +24,7 @@ install: .venv/installed
 	@test -n "$(PYTHON)" || { echo "drake_ltl needs Python 3.10 to 3.13 on the path" >&2; exit 1; }
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[dev]'  # setuptools warns of our folders
 	$(BIN)/python -m compileall -q drake_ltl diagrams models
 	@touch $@
 
@@ -58,7 +58,7 @@ docs: .venv/docs
 	@echo "open out/site/index.html"
 
 .venv/docs: .venv/installed
-	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[docs]'
 	@touch $@
 
 package: install

@@ -21,6 +21,8 @@ NOTEBOOK_SECONDS = 300
 """For one cell."""
 FETCHED = re.compile(r"<(?:script|img|iframe|link)\b[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^\"'> ]*")
 
+_EXPORTS = re.compile(r"^__all__ = \[[^\]]*\]\n", re.MULTILINE)
+
 
 def on_startup(command: str, dirty: bool) -> None:
     """Lays the packages together as they are installed, for mkdocstrings reads files and imports nothing."""
@@ -31,6 +33,8 @@ def on_startup(command: str, dirty: bool) -> None:
         shutil.copytree(ROOT / folder, place / "drake_ltl" / package, ignore=ignore, dirs_exist_ok=True)
     for file in place.rglob("*.py"):
         file.write_text(readable(file.read_text(encoding="utf-8")), encoding="utf-8")
+    for file in place.glob("drake_ltl/*/__init__.py"):  # what packages hand on is shown once, where it is defined
+        file.write_text(_EXPORTS.sub("", file.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def on_config(config: MkDocsConfig) -> None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, file_path, scenario_path
-from drake_ltl.cli.outcome import check_writable, console, silence_matplotlib, working
+from drake_ltl.cli.outcome import check_writable, say_written, silence_matplotlib, working
 from drake_ltl.cli.statuses import SUCCESS
 
 FORMATS = ("png", "svg", "pdf")
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
 
         geometry = MeasureGeometry(scenario).geometry
         draw_map(scenario, geometry, check_starts(scenario, geometry), args.output)
-    console().print(f"wrote {args.output}", highlight=False, markup=False, soft_wrap=True)
+    say_written(args.output)
     return SUCCESS
 
 

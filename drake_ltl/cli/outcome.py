@@ -83,6 +83,11 @@ def silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
+def say_written(path: Path) -> None:
+    """A line of its own, however long the name."""
+    console().print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+
+
 def silence_matplotlib() -> None:
     """Where there is no home it would speak of its caches."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)

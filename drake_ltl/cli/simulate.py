@@ -13,7 +13,15 @@ from rich.table import Column
 from drake_ltl.cli.arguments import HOST_HELP, SCENARIO_HELP, file_path, host, scenario_path
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
-from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, working, write_json
+from drake_ltl.cli.outcome import (
+    check_writable,
+    complain,
+    console,
+    say_written,
+    silence_matplotlib,
+    working,
+    write_json,
+)
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     InfeasibleError,
@@ -110,6 +118,8 @@ def run(args: argparse.Namespace) -> int:
     out.print(verdict_table(verdict, scenario))
     data = to_json(verdict, wall_seconds=result.wall_seconds)
     write_json(args.json, data)
+    if args.record is not None:
+        say_written(args.record)
     if unsaved is not None:
         raise unsaved
     if args.report is not None:
@@ -120,7 +130,10 @@ def run(args: argparse.Namespace) -> int:
         write_json(args.report / "verdict.json", data)
         write_json(args.report / "plan.json", plan_to_json(planned.plan, scenario))
         with working("drawing the report"):
-            write_report(args.report, result.recording, scenario, verdict, geometry=models.geometry, plan=planned.plan)
+            files = write_report(
+                args.report, result.recording, scenario, verdict, geometry=models.geometry, plan=planned.plan
+            )
+        say_written(files[0])
     if result.interrupted:
         complain("interrupted")
         return INTERRUPTED

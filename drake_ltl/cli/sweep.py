@@ -16,7 +16,15 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, file_path, scenario_path
 from drake_ltl.cli.guard import save_when_interrupted
-from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, working, write_json
+from drake_ltl.cli.outcome import (
+    check_writable,
+    complain,
+    console,
+    say_written,
+    silence_matplotlib,
+    working,
+    write_json,
+)
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     ExecutionError,
@@ -194,7 +202,7 @@ def _report(sweep: Sweep, runs: int, journal: Journal, folder: Path) -> int:
                 write_drawn(sweep.scenario, outcome.drawn, path, heading)
     out = console()
     out.print(summary_table(summary, sweep.scenario.name, runs))
-    out.print(f"wrote {folder}", highlight=False, markup=False, soft_wrap=True)
+    say_written(folder)
     return len(summary.unsatisfied) + runs - len(summary.outcomes)
 
 
@@ -220,7 +228,7 @@ def _run_only(sweep: Sweep, number: int, folder: Path) -> int:
         complain(f"{outcome.status}: {outcome.reason}")
     else:
         out.print(verdict_table(result.verdict, result.scenario))
-    out.print(f"wrote {folder}", highlight=False, markup=False, soft_wrap=True)
+    say_written(folder)
     if result.run is not None and result.run.interrupted:
         complain("interrupted")
         return INTERRUPTED

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from drake_ltl.cli.arguments import HOST_HELP, file_path, host
 from drake_ltl.cli.guard import save_when_interrupted
-from drake_ltl.cli.outcome import check_writable, complain, console, silence_matplotlib, working, write_json
+from drake_ltl.cli.outcome import check_writable, complain, say_written, silence_matplotlib, working, write_json
 from drake_ltl.cli.statuses import SUCCESS
 from drake_ltl.errors import InvalidInputError, Mistake
 
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
         meshcat, data = _replayed(recording, scenario, models)
         WritePage(meshcat, args.record, data)
-        _say_written(args.record)
+        say_written(args.record)
     if args.record is None and args.report is None:
         _show(recording, scenario, models, args.meshcat_host or "localhost")
     return SUCCESS
@@ -98,7 +98,7 @@ def _report(recording: Recording, scenario: Scenario, geometry: Geometry, folder
     with working("drawing the report"):
         page, *_ = write_report(folder, recording, scenario, verdict, geometry=geometry)
         write_json(folder / "verdict.json", to_json(verdict))
-    _say_written(page)
+    say_written(page)
 
 
 def _replayed(recording: Recording, scenario: Scenario, models: MeasuredModels) -> tuple[Meshcat, PageData]:
@@ -123,10 +123,6 @@ def _show(recording: Recording, scenario: Scenario, models: MeasuredModels, addr
     server = PageServer({"/": lambda _: page}, host=address)
     complain(f"watch at {server.url} (Ctrl-C ends)")
     _wait()
-
-
-def _say_written(path: Path) -> None:
-    console().print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _wait() -> None:
