@@ -73,7 +73,12 @@ def AddMonitors(
         names: of those that are added.
         torque: of all agents' joints, stacked; V may stand behind.
         controls: the same, with V behind.
+
+    Raises:
+        ValueError: there is no monitor of such a name.
     """
+    if unknown := sorted(set(names) - MONITORS):
+        raise ValueError(f"no monitors are called {', '.join(unknown)}; there are {', '.join(sorted(MONITORS))}")
     plant = transport_plant.plant
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     centres = builder.AddSystem(MemberCentres(plant, transport_plant.agents, transport_plant.objects))
@@ -81,6 +86,7 @@ def AddMonitors(
     period = periods(scenario.simulation.time_step)
     all_of_them = [
         *_sphere_monitors(program, scenario, models, period),
+        *([_word_monitor(program, scenario, models, period)] if "word" in names else []),  # translates formulas
         LyapunovMonitor("lyapunov", period["lyapunov"], program, sum(places.sizes)),
         TorqueMonitor("torque", period["torque"], program, *_motors(models), size=torque.size()),
         WeldMonitor("weld", period["weld"], program, places, models, scenario.tolerances),
@@ -104,15 +110,8 @@ def AddMonitors(
 def _sphere_monitors(
     program: MissionProgram, scenario: Scenario, models: MeasuredModels, period: Mapping[str, float]
 ) -> list[MissionMonitor]:
-    """All that look at centres of spheres."""
-    geometry = models.geometry
-    members = Members(
-        scenario.agent_names,
-        scenario.object_names,
-        dict(geometry.agent_radius),
-        dict(geometry.object_radius),
-        dict(geometry.team_radius),
-    )
+    """Those that look at where spheres are."""
+    members = _members(scenario, models)
     start = expected_start(members, scenario, _start_centres(program, models))
     todo = duties(start, [[action_to_json(action) for action in step.actions] for step in program.steps])
     size = 3 * len(members.names)
@@ -121,8 +120,6 @@ def _sphere_monitors(
         where = [ways(duty, members, scenario) for ways in (forbidden, workspace, staying)]
         return Rule.joined([apart(duty, members), *where])
 
-    end_centres = _end_centres(models)
-    watched, unwatched = _watched(scenario)
     return [
         SphereMonitor(period["spheres"], program, todo, size, rule),
         ArrivalMonitor(
@@ -131,19 +128,37 @@ def _sphere_monitors(
             todo,
             size,
             arrived=partial(arrived, members=members, scenario=scenario),
-            end_centres=end_centres,
-        ),
-        WordMonitor(
-            "word",
-            period["word"],
-            program,
-            size,
-            watched=watched,
-            end_centres=end_centres,
-            regions=partial(regions_of, members, scenario),
-            unwatched=unwatched,
+            end_centres=_end_centres(models),
         ),
     ]
+
+
+def _word_monitor(
+    program: MissionProgram, scenario: Scenario, models: MeasuredModels, period: Mapping[str, float]
+) -> WordMonitor:
+    members = _members(scenario, models)
+    watched, unwatched = _watched(scenario)
+    return WordMonitor(
+        "word",
+        period["word"],
+        program,
+        3 * len(members.names),
+        watched=watched,
+        end_centres=_end_centres(models),
+        regions=partial(regions_of, members, scenario),
+        unwatched=unwatched,
+    )
+
+
+def _members(scenario: Scenario, models: MeasuredModels) -> Members:
+    geometry = models.geometry
+    return Members(
+        scenario.agent_names,
+        scenario.object_names,
+        dict(geometry.agent_radius),
+        dict(geometry.object_radius),
+        dict(geometry.team_radius),
+    )
 
 
 def _start_centres(program: MissionProgram, models: MeasuredModels) -> np.ndarray:

@@ -167,3 +167,17 @@ def test_users_may_bring_systems_of_their_own(mission, case_ii, models):
     builder.AddNamedSystem("mine", ConstantVectorSource([1.0]))
     made = MakeMissionDiagram(mission, case_ii, models, num_steps=1, builder=builder)
     assert made.diagram.GetSubsystemByName("mine").get_output_port().size() == 1
+
+
+# Monitors.
+
+
+def test_monitors_by_name(mission, case_ii, models):
+    def names(monitors) -> set[str]:
+        return set(MakeMissionDiagram(mission, case_ii, models, num_steps=1, monitors=monitors).monitors)
+
+    assert names({"geometry", "word"}) == {"geometry", "word"}
+    assert names(False) == set()
+    assert names(True) == {"spheres", "arrival", "word", "lyapunov", "torque", "weld", "geometry"}
+    with pytest.raises(ValueError, match="no monitors are called sphere; there are arrival, "):
+        names({"sphere"})
