@@ -38,10 +38,10 @@ def _read(path: Path) -> Any:
 
 
 def _malformed_section(output: Path) -> Iterator[str]:
-    files = sorted(output.glob("malformed_*.json"))
-    if not files:
+    parts = sorted((_read(file) for file in output.glob("malformed_*.json")), key=lambda part: part["seed"])
+    if not parts:
         return
-    found = _added([_read(file) for file in files])
+    found = _added(parts)
     yield "## Malformed inputs"
     yield ""
     yield "Examples, a plan and a recording, spoilt at random: entries, bytes, pieces of YAML, formulas, models,"
