@@ -211,7 +211,7 @@ def _reporter(bar: Progress):
         save_when_interrupted()
         waiting = progress.waiting_for[0] if progress.waiting_for else ""
         text = f"t = {progress.time:.0f} s: {waiting}"
-        step = f"step {progress.step}/{progress.num_steps}"
+        step = f"step {min(progress.step + 1, progress.num_steps)} of {progress.num_steps}"
         bar.update(task, completed=progress.step, total=progress.num_steps, step=step, waiting=text)
 
     return report

@@ -53,7 +53,7 @@ def test_help(drake_ltl):
     """Every command has one, with an example."""
     helped = drake_ltl("--help")
     assert helped.status == 0
-    for command in ("new", "check", "draw", "explain", "plan", "simulate", "verify", "view", "completion"):
+    for command in ("new", "check", "draw", "explain", "plan", "simulate", "sweep", "verify", "view", "completion"):
         assert command in helped.out
         own = drake_ltl(command, "--help")
         assert own.status == 0
@@ -77,8 +77,8 @@ def test_output_in_a_pipe_is_plain(examples):
     assert max(len(line) for line in result.stdout.splitlines()) <= 120
 
 
-def on_a_terminal(*arguments: object, **environment: str) -> str:
-    """What the command writes to a terminal."""
+def on_a_terminal(*arguments: object, progress: bool = False, **environment: str) -> str:
+    """What the command writes to a terminal, with or without what it says on stderr while it works."""
     import pty
 
     assert SCRIPT is not None
@@ -87,7 +87,8 @@ def on_a_terminal(*arguments: object, **environment: str) -> str:
         command = [SCRIPT, *map(str, arguments)]
         plain = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
         settings = {**plain, "TERM": "xterm-256color", "COLUMNS": "80", **environment}
-        with subprocess.Popen(command, stdin=writing, stdout=writing, stderr=subprocess.DEVNULL, env=settings):
+        stderr = writing if progress else subprocess.DEVNULL
+        with subprocess.Popen(command, stdin=writing, stdout=writing, stderr=stderr, env=settings):
             os.close(writing)
             text = b""
             try:
@@ -110,6 +111,13 @@ def test_colours_on_a_terminal_unless_they_are_not_wanted(shuttle_file, argument
 
 def test_no_color_may_stand_before_the_command(shuttle_file):
     assert "\x1b[" not in on_a_terminal("--no-color", "plan", shuttle_file)
+
+
+def test_progress_is_shown_on_a_terminal_and_nowhere_else(shuttle_file):
+    shown = on_a_terminal("simulate", shuttle_file, progress=True)
+    for work in ("loading the models", "planning", "simulating", "step 1 of 2", "step 2 of 2", "judging the run"):
+        assert work in shown
+    assert run("simulate", shuttle_file).stderr == ""
 
 
 def test_letters_that_the_encoding_lacks(shuttle_file):
