@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_ltl.dynamics import growing_damping
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
-from drake_ltl.multibody.drive_agent import BRAKING, YAW, DriveAgent
+from drake_ltl.multibody.drive_agent import BRAKING, BRISK, LATERAL, TURN_RATE, YAW, DriveAgent
 from drake_ltl.navigation.unicycle import is_at_rest, is_parked, sense_of_travel
 from drake_ltl.systems.signals import Stage
 
@@ -57,10 +57,13 @@ class DriveLaw:
         else:
             length = math.sqrt(f_x * f_x + f_y * f_y + gains.softness**2)
             u_x, u_y = stage * f_x / length, stage * f_y / length
-        damping = growing_damping(self.model.drive_damping(q, q_goal, parked=parked), abs(at.v), self.speed_limit)
+        damping = growing_damping(
+            self.model.drive_damping(q, q_goal, parked=parked), abs(at.v), min(BRISK, self.speed_limit)
+        )
         pull = at.along(f_x, f_y)
         damping += BRAKING * max(0.0, -math.copysign(pull, pull * at.v))
-        tau = gains.turn_stiffness * at.turn(u_x, u_y) - gains.turn_damping * at.omega
+        slower = min(1.0, LATERAL / max(TURN_RATE * abs(at.v), LATERAL))
+        tau = slower * gains.turn_stiffness * at.turn(u_x, u_y) - gains.turn_damping * at.omega
         return self._torques(pull - damping * at.v, tau)
 
     def hold(self, q: np.ndarray, qd: np.ndarray, q_hold: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.mission import measure, plan_and_place
-from drake_ltl.multibody.drive_agent import BRAKING, YAW
+from drake_ltl.multibody.drive_agent import BRAKING, BRISK, LATERAL, YAW
 from drake_ltl.navigation.dipole import heading_vector
 from drake_ltl.navigation.unicycle import direction_of_force, drive_force, steering_torque, wheel_torques
 from drake_ltl.scenario import loads
@@ -74,11 +74,12 @@ def test_its_law_is_that_of_the_formulas(drive, law, state, f, stage):
     (q, qd), goal = state, np.array([0.5, -0.5, 0.7, 0, 0, 0, 0, 0])
     (v, omega), pull = rates(q, qd), np.array(f) / drive.scale
     u = heading_vector(0.7) if stage == Stage.PARKED else direction_of_force(pull, stage, drive.gains.softness)
-    growth = min(max(abs(v) / law.speed_limit, 1.0) ** 2, 8.0)
+    growth = min(max(abs(v) / BRISK, 1.0) ** 2, 8.0)
     against = max(0.0, -float(heading_vector(q[YAW]) @ pull) * np.sign(v))
     damping = growth * drive.drive_damping(q, goal, parked=stage == Stage.PARKED) + BRAKING * against
     F = drive_force(q[YAW], v, pull, damping)
-    tau = steering_torque(q[YAW], omega, u, drive.gains)
+    slower = min(1.0, LATERAL / max(2.5 * abs(v), 1e-9))  # of 2.5 rad/s, the largest rate
+    tau = steering_torque(q[YAW], omega, slower * u, drive.gains)
     numbers = drive.drive.wheel_radius, drive.drive.half_track, drive.effort
     torques = law.travel(q, qd, np.concatenate([-np.array(f), np.zeros(6)]), stage, goal)
     np.testing.assert_allclose(torques[[*drive.wheels]], wheel_torques(F, tau, *numbers), rtol=1e-9, atol=1e-9)
