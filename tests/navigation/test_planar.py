@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from drake_ltl.navigation import (
     Logarithmic,
@@ -84,12 +85,12 @@ def test_the_goal_is_a_nondegenerate_minimum(shaping):
 
 
 @settings(deadline=None, max_examples=20)
-@given(seed=st.integers(0, 1000), kappa=st.floats(3.0, 30.0))
-def test_critical_points_are_nondegenerate(seed, kappa):
+@given(seed=st.integers(0, 1000), kappa=st.floats(3.0, 30.0), lambda_=st.sampled_from([0.0, 1.0]))
+def test_critical_points_are_nondegenerate(seed, kappa, lambda_):
     """Obstacles anywhere: degenerate ones have measure zero."""
     rng = np.random.default_rng(seed)
     obstacles = [(*rng.uniform(-5.0, 3.0, 2), rng.uniform(0.5, 1.5)) for _ in range(3)]
-    field = PlanarField.of(step(obstacles=obstacles), kappa=kappa)
+    field = PlanarField.of(step(obstacles=obstacles), kappa=kappa, lambda_=lambda_)
 
     for point in field.critical_points(sampled_starts(field.step, 15, seed)):
         assert point.kind != "degenerate"
@@ -110,6 +111,21 @@ def test_the_planar_gradient_agrees_with_central_differences(seed, lambda_):
 
     # rounding eps |log w| / side = 1e-9, truncation side^2 / gap^3.
     np.testing.assert_allclose(field.gradient(x), numeric, rtol=1e-6, atol=1e-7)
+
+
+def test_saturated_betas_would_move_critical_points():
+    """Why no beta is rescaled to beta / (beta + mu): on the axis through the goal and an obstacle, log w has its saddle
+    where 2 / (x - goal) = slope of log G / kappa; saturation weakens the slope by 1 / (1 + beta / mu)."""
+    field = PlanarField.of(step(goals=((8.0, 0.0),), obstacles=[(0.0, 0.0, 2.0)]), kappa=6.0)
+
+    def slope(x, mu):
+        beta, border = x**2 - 9.0, 121.0 - x**2  # of the workspace and of the region
+        return 2.0 / (x - 8.0) - (2.0 * x / beta / (1.0 + beta / mu) - 4.0 * x / border) / 6.0
+
+    plain, saturated = (brentq(slope, -10.9, -3.01, (mu,)) for mu in (np.inf, 4.0))
+    point = field.critical_near(np.array([plain + 0.1, 0.1]))
+    np.testing.assert_allclose(point.x, [plain, 0.0], atol=1e-6)
+    assert abs(saturated - plain) > 0.1
 
 
 def test_sampled_starts_are_free_inside_their_region_and_repeatable():
