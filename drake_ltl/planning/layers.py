@@ -28,12 +28,13 @@ class Layers:
     """
 
     graph: Graph
+    """n nodes."""
     nodes: NDArray[np.int64]
-    """(n,): node of the part."""
-    roots: NDArray[np.int64]
-    """(R,): nodes of the graph in which a loop may begin ..."""
-    goals: NDArray[np.int64]
-    """(R,): .. and the ones with all marks in which it is then closed."""
+    """(n,): node of the part, P nodes."""
+    first: NDArray[np.int32]
+    """(P,): node of the graph that stands for a node of the part without marks, -1 if there is none ..."""
+    last: NDArray[np.int32]
+    """(P,): .. and for it with all marks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +44,12 @@ class Priced:
     Attributes:
         marks: M of them, in a part with n nodes and e edges.
         prices: (n,), what it costs to begin a loop at each node; inf if none may begin there.
+        ends: (n,), 0 for nodes where a loop may end and inf for others; None takes those where it may begin.
     """
 
     marks: Marks
     prices: NDArray[np.float64]
+    ends: NDArray[np.float64] | None = None
 
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
@@ -66,15 +69,14 @@ class Priced:
 
     @cached_property
     def home(self) -> NDArray[np.float64]:
-        """(n,): the least way to any root."""
-        if np.isfinite(self.prices).all():
-            return np.zeros(len(self.prices))
-        return distances(self.marks.back, np.where(np.isfinite(self.prices), 0.0, np.inf))[0]
+        """(n,): the least way to any node where a loop ends."""
+        ends = np.where(np.isfinite(self.prices), 0.0, np.inf) if self.ends is None else self.ends
+        return distances(self.marks.back, ends)[0] if ends.any() else ends
 
     @cached_property
     def homeward(self) -> NDArray[np.float64]:
-        """(M, n): the least way by way of each mark to any root."""
-        if np.isfinite(self.prices).all():
+        """(M, n): the least way by way of each mark to any node where a loop ends."""
+        if not self.home.any():
             return self.marks.ahead
         graph = self.marks.part.graph
         return distances(self.marks.back, self.marks.least_leaving(graph.weights + graph.at_targets(self.home)))[0]
@@ -137,8 +139,7 @@ class Priced:
         starts, ends, lengths = (np.concatenate(column) for column in zip(*pieces, strict=True))
         sound = np.flatnonzero(ends >= 0)
         layered = Graph.of(np.count_nonzero(alive), starts[sound], ends[sound], lengths[sound])
-        roots = np.flatnonzero(alive[0] & alive[-1] & (self.prices < limit))
-        return Layers(layered, np.nonzero(alive)[1], number[0, roots], number[-1, roots])
+        return Layers(layered, np.nonzero(alive)[1], number[0], number[-1])
 
 
 def _of_sets(single: NDArray, none: NDArray) -> NDArray[np.float64]:

@@ -4,7 +4,8 @@ Let v be the word of a loop that begins in state s of TS. An automaton that neve
 q_1, q_2 .. and at last from some q_k to q_k, which is a loop of the product. So the run of the automaton is k + 1 runs
 over the same loop, side by side: from (q_0, .. q_k) to (q_1, .. q_k, q_k). Level k follows the last k + 1 of them. Each
 level bounds all that come after it from below, if a loop is priced by the way to s, whatever q_0; and it has the
-cheapest loop of its own, priced by the way to (q_0, s).
+cheapest loop of its own, priced by the way to (q_0, s). Which marks are met by the last of the runs is looked at when
+a level has been cut down to what cheap enough loops can use (`layers`), for this multiplies its size.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ from numpy.typing import NDArray
 from drake_ltl.errors import SearchLimitError
 from drake_ltl.planning.automaton import Automaton
 from drake_ltl.planning.distances import between, least
-from drake_ltl.planning.layers import MOST_LAYERED_EDGES, Layers, Priced
+from drake_ltl.planning.layers import MOST_LAYERED_EDGES, Priced
 from drake_ltl.planning.loops import LoopProblem, cheapest_loop
 from drake_ltl.planning.marks import Features, Marks
 from drake_ltl.planning.orbits import nearest_accepted
-from drake_ltl.planning.product import Graph, multiply
+from drake_ltl.planning.product import Graph, Part, multiply
 
 MOST_EDGES = 20_000_000
 """Of a level, before it is cut down to what is of use."""
 FEW_LAYERED_EDGES = 50_000
-"""Not worth a look without marks first."""
+"""So few edges with sets of marks are searched as they are: to cut them down first would take longer."""
 
 
 def are_few(marks: Marks) -> bool:
@@ -57,6 +58,8 @@ class Level:
     """n nodes."""
     shown: NDArray[np.int64]
     """(n,): state of TS."""
+    nodes: NDArray[np.int64]
+    """(n,): node of the part of the product where the last of the runs is."""
     roots: NDArray[np.int64]
     """(R,): nodes in which loops begin ..."""
     goals: NDArray[np.int64]
@@ -65,21 +68,17 @@ class Level:
     """(R,): where the automaton is when the first of the runs begins."""
     labels: NDArray[np.int64]
     """(R, F): rows that differ from root to root, for `LoopProblem`."""
+    is_marked: bool = False
+    """Whether nodes also say which marks the last of the runs has met, and its loops meet all."""
 
     @classmethod
-    def of(cls, priced: Priced, layers: Layers, n_system: int, features: Features) -> Level:
-        """Level 0: loops of the product, with all marks."""
-        nodes = priced.marks.part.nodes[layers.nodes]
-        begins = nodes[layers.roots]
-        return cls(layers.graph, nodes % n_system, layers.roots, layers.goals, begins // n_system, features(begins))
-
-    @classmethod
-    def unmarked(cls, priced: Priced, n_system: int, features: Features) -> Level:
-        """Level 0 without regard to marks: smaller, and its further levels are still bounds."""
+    def of(cls, priced: Priced, n_system: int, features: Features) -> Level:
+        """Level 0: loops of the product."""
         part = priced.marks.part
+        shown, nodes = part.nodes % n_system, np.arange(part.n_nodes)
         roots = np.flatnonzero(np.isfinite(priced.prices))
         begins = part.nodes[roots]
-        return cls(part.graph, part.nodes % n_system, roots, roots, begins // n_system, features(begins))
+        return cls(part.graph, shown, nodes, roots, roots, begins // n_system, features(begins))
 
     @property
     def states(self) -> NDArray[np.int64]:
@@ -100,24 +99,53 @@ class Level:
         """
         n, reached = len(self.shown), np.isfinite(by_state)[:, self.shown]
         graph = multiply(self.graph, letter[self.shown], automaton, reached, MOST_EDGES).graph
-        shown = np.tile(self.shown, automaton.n_states)
+        shown, nodes = (np.tile(column, automaton.n_states) for column in (self.shown, self.nodes))
         q, root = np.nonzero(by_state[:, self.states] < limit)
         other = q != self.first[root]
         q, root = q[other], root[other]
         roots, goals = q * n + self.roots[root], self.first[root] * n + self.goals[root]
-        level = Level(graph, shown, roots, goals, q, np.column_stack([self.labels[root], q]))
+        labels = np.column_stack([self.labels[root], q])
+        level = replace(self, graph=graph, shown=shown, nodes=nodes, roots=roots, goals=goals, first=q, labels=labels)
         return level.within(by_state.min(axis=0)[level.states], limit)
 
     def within(self, prices: NDArray, limit: float) -> Level:
         """Only what loops of less price (R,) + weight than a limit can use."""
         n, ends = self.graph.n_nodes, np.zeros(len(self.goals))
         begins, ends = least(n, self.roots, prices), least(n, self.goals, ends)
-        graph, nodes, _ = between(self.graph, self.graph.reversed(), begins, ends, limit)
+        graph, kept, _ = between(self.graph, self.graph.reversed(), begins, ends, limit)
         number = np.full(n, -1)
-        number[nodes] = np.arange(len(nodes))
-        roots, goals = number[self.roots], number[self.goals]
+        number[kept] = np.arange(len(kept))
+        return self._over(graph, kept, number[self.roots], number[self.goals])
+
+    def marked(self, marks: Marks, prices: NDArray, limit: float) -> Level | None:
+        """Loops whose last run meets all marks, of less price (R,) + weight than a limit; nodes stand for a node of
+        this level together with the marks that have been met (`Layers`). None if there are too many."""
+        if self.is_marked:
+            return self
+        n, met = self.graph.n_nodes, Marks(Part(self.graph, self._met(marks.part), self.nodes), marks.full)
+        begins, ends = least(n, self.roots, prices), least(n, self.goals, np.zeros(len(self.goals)))
+        layers = Priced(met, begins, ends).layers(limit, MOST_LAYERED_EDGES)
+        if layers is None:
+            return None
+        level = self._over(layers.graph, layers.nodes, layers.first[self.roots], layers.last[self.goals])
+        return replace(level, is_marked=True)
+
+    def _met(self, part: Part) -> NDArray[np.integer]:
+        """(e,): marks of the last run's edges, which are a part's."""
+        if self.graph is part.graph:
+            return part.marks
+        keys = part.graph.sources.astype(np.int64) * part.n_nodes + part.graph.targets
+        order = np.argsort(keys)
+        own = self.graph.at_sources(self.nodes) * part.n_nodes + self.graph.at_targets(self.nodes)
+        return part.marks[order[np.searchsorted(keys, own, sorter=order)]]
+
+    def _over(self, graph: Graph, nodes: NDArray, roots: NDArray, goals: NDArray) -> Level:
+        """The same over another graph: of whose nodes is said which node of this one each is, (n,), and of the loops
+        where each begins and ends, (R,), -1 if it does not."""
         kept = np.flatnonzero((roots >= 0) & (goals >= 0))
-        return Level(graph, self.shown[nodes], roots[kept], goals[kept], self.first[kept], self.labels[kept])
+        of_nodes = {"shown": self.shown[nodes], "nodes": self.nodes[nodes]}
+        of_loops = {"roots": roots[kept], "goals": goals[kept], "first": self.first[kept], "labels": self.labels[kept]}
+        return replace(self, graph=graph, **of_nodes, **of_loops)
 
     @cached_property
     def _problem(self) -> LoopProblem:
@@ -169,40 +197,53 @@ class Rounds:
             priced = replace(priced, prices=np.where(priced.bounds < limit, priced.prices, np.inf))
         else:
             priced, _ = priced.within(roots, limit)
-        best, low = None, -np.inf
+        best, low, level = None, -np.inf, Level.of(priced, len(self.prices), self.features)
         try:
-            if first > 0 and not are_few(priced.marks):
-                level = Level.unmarked(priced, len(self.prices), self.features)
-                relaxed = self._relaxed(self._next(level, limit), limit)
-                if relaxed is None:
-                    return None, limit
-                low = relaxed.weight
-            layers = priced.layers(limit, MOST_LAYERED_EDGES)
-            if layers is None:
-                return None, low
-            level = Level.of(priced, layers, len(self.prices), self.features)
             for number in range(first, self.automaton.n_states + 1):
-                level = self._next(level, limit) if number else level
-                relaxed = self._relaxed(level, limit)
-                if relaxed is None:
-                    break
-                nearest = self._nearest(relaxed)
-                if nearest is not None:
-                    return nearest, nearest.weight
-                low = relaxed.weight
-                found = level.cheapest(self.by_state[level.first, level.states], limit)
+                if number:
+                    level = level.next(self.letter, self.automaton, self.by_state, limit)
+                    relaxed = self._relaxed(level, limit)
+                    if relaxed is None:
+                        break
+                    low = max(low, relaxed.weight)
+                marked = level.marked(priced.marks, self._relaxed_prices(level), limit)
+                if marked is not None:
+                    relaxed = self._relaxed(marked, limit)
+                    if relaxed is None:
+                        break
+                    nearest = self._nearest(relaxed)
+                    if nearest is not None:
+                        return nearest, nearest.weight
+                    low = relaxed.weight
+                    level = marked if len(marked.graph.targets) <= FEW_LAYERED_EDGES else level
+                found = self._exact(marked or level.marked(priced.marks, self._prices(level), limit), limit)
                 if found is not None:
                     best, limit = found, found.weight
         except SearchLimitError:
             return best, low
         return best, limit
 
-    def _next(self, level: Level, limit: float) -> Level:
-        return level.next(self.letter, self.automaton, self.by_state, limit)
-
     def _relaxed(self, level: Level, limit: float) -> ReadLoop | None:
         """The least loop of a level and all later ones, if the way to its state of TS were its price."""
-        return level.cheapest(self.prices[level.states], limit)
+        return level.cheapest(self._relaxed_prices(level), limit)
+
+    def _exact(self, level: Level | None, limit: float) -> ReadLoop | None:
+        """The least loop of a level.
+
+        Raises:
+            SearchLimitError: there is none, for it would have been too large.
+        """
+        if level is None:
+            raise SearchLimitError(f"a level has more than {MOST_LAYERED_EDGES} edges with sets of marks")
+        return level.cheapest(self._prices(level), limit)
+
+    def _prices(self, level: Level) -> NDArray[np.float64]:
+        """(R,): the way to where each loop of a level begins."""
+        return self.by_state[level.first, level.states]
+
+    def _relaxed_prices(self, level: Level) -> NDArray[np.float64]:
+        """(R,): the same to its state of TS, wherever the automaton is then."""
+        return self.prices[level.states]
 
     def _nearest(self, loop: ReadLoop) -> ReadLoop | None:
         """The loop read from where the way to its first state is least, if its word is accepted from there."""

@@ -62,11 +62,11 @@ def layered_loop(priced: Priced, features: Features, limit: float, most_edges: i
     layers = None if many else priced.layers(limit, most_edges)
     if layers is None:
         return None
-    roots = layers.nodes[layers.roots]
+    roots = np.flatnonzero((layers.first >= 0) & (layers.last >= 0) & (priced.prices < limit))
     if not len(roots):
         return [], limit
     rows = features(priced.marks.part.nodes[roots])
-    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], rows)
+    problem = LoopProblem(layers.graph, layers.first[roots], layers.last[roots, None], rows)
     loop = cheapest_loop(problem, priced.prices[roots], limit)
     return ([], limit) if loop is None else (layers.nodes[list(loop.nodes)].tolist(), loop.weight)
 

@@ -107,8 +107,9 @@ def test_layers_keep_the_cheapest_loop_with_all_marks(edges, prices):
     assert nodes[0] == nodes[-1]
     assert priced.bounds.min() <= best <= weight
     layers = priced.layers(weight + 1.0, 1000)
-    roots = layers.nodes[layers.roots]
-    problem = LoopProblem(layers.graph, layers.roots, layers.goals[:, None], roots[:, None])
+    roots = np.flatnonzero((layers.first >= 0) & (layers.last >= 0) & np.isfinite(prices))
+    assert (layers.nodes[layers.first[roots]] == roots).all()
+    problem = LoopProblem(layers.graph, layers.first[roots], layers.last[roots, None], roots[:, None])
     assert cheapest_loop(problem, prices[roots], weight + 1.0).weight == best
     assert priced.layers(weight + 1.0, 0) is None
     without_implied = Priced(Marks.of(part, 0b11), prices)

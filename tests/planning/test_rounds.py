@@ -50,6 +50,15 @@ def test_looking_without_marks_first_changes_nothing(mission, few, monkeypatch):
     assert (found.status, found.cost, len(found.moves)) == (best.status, best.cost, len(best.moves))
 
 
+def test_levels_with_too_many_sets_of_marks_are_searched_by_themselves(mission, monkeypatch):
+    """Each for its own loops, of which there are fewer than of all later levels together."""
+    best = plan(mission, START, published_fits(mission.fits))
+    monkeypatch.setattr(rounds, "FEW_LAYERED_EDGES", 0)
+    monkeypatch.setattr(rounds, "MOST_LAYERED_EDGES", 300_000)
+    found = plan(mission, START, published_fits(mission.fits))
+    assert (found.status, found.cost, len(found.moves)) == ("optimal", best.cost, len(best.moves))
+
+
 def test_below_every_bound_there_is_no_loop():
     """A part of one node, whose loop weighs 5 at a price of 2."""
     one, clause = np.zeros((1, 1), dtype=np.int64), Clause(frozenset({0}), frozenset())
