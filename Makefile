@@ -43,6 +43,7 @@ fast: install
 bench: install
 	$(BIN)/python benchmarks/planning.py
 	$(BIN)/python benchmarks/simulation.py
+	$(BIN)/python benchmarks/step_parts.py
 	$(BIN)/python benchmarks/load_sharing.py
 	$(BIN)/python benchmarks/navigation.py
 
