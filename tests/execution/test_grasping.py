@@ -108,7 +108,7 @@ def test_applied_grasps_are_acknowledged(diagram, stage):
     header = context.get_mutable_discrete_state(supervisor._header)
     header.SetAtIndex(3, 5.0)  # the revision of commanded grasps
     for ints, _, _ in supervisor._agent_groups.values():
-        context.get_mutable_discrete_state(ints).SetFromVector([0.0, NO_GRASP])
+        context.get_mutable_discrete_state(ints).SetFromVector([0.0, NO_GRASP, 0.0])
     assert supervisor.grasps_pending(context)
     ApplyGrasps(diagram, root)
     assert not supervisor.grasps_pending(context)
