@@ -60,12 +60,8 @@ class CrewModel:
         """c_i (3,) [m] in W, the centre of the bounding sphere."""
         return self._centre[agent].CalcPoseInWorld(self._context).translation()
 
-    def gravity(self) -> np.ndarray:
-        """g_q (n,) [N, N m] of (1a), the torques that balance gravity."""
-        return -self._plant.CalcGravityGeneralizedForces(self._context)
-
     def inverse_dynamics(self, qdd: np.ndarray) -> np.ndarray:
-        """B qdd + N qd + g_q (n,): the torques of (1a) that yield qdd (n,) with no contact."""
+        """B qdd + N qd + g_q (n,): the torques of (1a) that yield qdd (n,) with no contact; g_q at rest."""
         self._plant.CalcForceElementsContribution(self._context, self._forces)  # gravity
         return self._plant.CalcInverseDynamics(self._context, qdd, self._forces)
 

@@ -98,7 +98,7 @@ def test_who_stands_still_under_a_torque_is_noticed_within_a_fifth_of_a_second(p
     watched, told = Watched(MotionMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSITION] * 3)
     crew = CrewModel(case_ii.agents)
     crew.set_state(x[places.q], x[places.qd])
-    torque = crew.gravity() + np.eye(12)[4] * 20.0  # a2 is driven along x
+    torque = crew.inverse_dynamics(np.zeros(12)) + np.eye(12)[4] * 20.0  # a2 is driven along x
     found = [what for _ in range(40) for what in watched.look(told, state=x, torque=torque)]
     assert len(found) == 1
     assert "a2 does not move as its torques should move it" in found[0]
@@ -108,7 +108,7 @@ def test_nobody_is_accused_of_what_the_supervisor_has_just_changed(places, case_
     watched = Watched(MotionMonitor(places, case_ii, models, **REST))
     crew = CrewModel(case_ii.agents)
     crew.set_state(x[places.q], x[places.qd])
-    torque = crew.gravity() + 20.0 * np.eye(12)[4]
+    torque = crew.inverse_dynamics(np.zeros(12)) + 20.0 * np.eye(12)[4]
     found = [w for _ in range(40) for w in watched.look(progress([Mode.TRANSITION] * 3), state=x, torque=torque)]
     assert found == []  # another Progress at every look
 
