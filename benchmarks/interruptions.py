@@ -53,6 +53,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "soak")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what is ignored here, as in the background, is so there
     names = list(COMMANDS)
     with tempfile.TemporaryDirectory() as folder:
         undisturbed = Undisturbed(Path(folder) / "undisturbed")
@@ -63,6 +64,9 @@ def main() -> None:
             ),
             "full_disk": tried(undisturbed, [names[k % 4] for k in range(args.full_disks)], full_disk, args.seed),
         }
+    interruptions = sum(statuses[str(INTERRUPTED)] for statuses in result["interrupted"]["statuses"].values())
+    if args.interruptions and not interruptions:
+        sys.exit("no command was interrupted: nothing has been tried")
     (args.output / "interruptions.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     print(json.dumps(result, indent=2))
     sys.exit(1 if any(row["wrong"] for row in (result["interrupted"], result["full_disk"])) else 0)
@@ -75,14 +79,17 @@ def tried(undisturbed: Undisturbed, names: list[str], way: Any, seed: int) -> di
     for number, name in enumerate(names):
         folder = undisturbed.folder.parent / f"{way.__name__}_{number}"
         undisturbed.prepare(folder)
-        status, err = way(Random(f"{seed} {way.__name__} {number}"), name, folder, undisturbed)
+        try:
+            status, err = way(Random(f"{seed} {way.__name__} {number}"), name, folder, undisturbed)
+        except KeyboardInterrupt:  # what there is then is written
+            break
         statuses[name][str(status)] += 1
         found = [*_complaints(status, err), *_damage(name, folder, undisturbed, status)]
         if found:
             wrong.append({"number": number, "command": name, "status": status, "wrong": found, "says": err[-500:]})
             print(json.dumps(wrong[-1]), flush=True)
         shutil.rmtree(folder)
-    return {"tried": len(names), "statuses": statuses, "wrong": wrong}
+    return {"tried": sum(sum(found.values()) for found in statuses.values()), "statuses": statuses, "wrong": wrong}
 
 
 class Undisturbed:
