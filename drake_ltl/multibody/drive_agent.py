@@ -28,7 +28,7 @@ FAR = 0.5
 """Share of the traction that the far-field force takes: the rest turns, and keeps clear of what is near."""
 CRUISE = 2.0
 """Speed to which far-field force and damping would bring a drive [m/s], did damping not grow beyond ..."""
-BRISK = 0.6
+BRISK = 0.25
 """... this speed [m/s]: whom wheels have to stop before others do not run into them."""
 LATERAL = 1.5
 """Acceleration across the heading to which a drive slows its turning [m/s^2]: the rest of the grip is for braking."""
