@@ -119,7 +119,8 @@ class Recording:
     seed: int = 0
     """The scenario's."""
     lacks: tuple[str, ...] = ()
-    """Fields that the file's older version did not have: arrays are 0 here, `intervals` and `monitored` are empty."""
+    """What the file's older version did not have: of fields, arrays are 0 here, `intervals` and `monitored` are empty;
+    `gathering` is today's potential (`recording_versions`)."""
     monitored: tuple[Violation, ...] = ()
     """What monitors saw go wrong while the run went on, in order of time."""
 

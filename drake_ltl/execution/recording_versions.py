@@ -5,6 +5,7 @@ version 2   without gaps (they are worked out of the motion), with `intervals`; 
             `manipulability`
 version 3   with `seed` and `lacks`
 version 4   with `monitored`
+version 5   the potential grows with distance where many gather, and kappa with the relations of all levels: `gathering`
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.scenario import yaml_text
 
-VERSION = 4
+VERSION = 5
 
 Parts = tuple[dict[str, Any], dict[str, np.ndarray]]
 """Header and arrays of a file."""
@@ -53,6 +54,10 @@ def _from_3(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
     header["monitored"] = []
 
 
+def _from_4(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    header["lacks"] = [*header["lacks"], "gathering"]
+
+
 def _seed(scenario: str) -> int:
     """What the scenario's text says; 0, as there, if it says nothing."""
     try:
@@ -67,4 +72,5 @@ _STEPS: dict[int, Callable[[dict[str, Any], dict[str, np.ndarray]], None]] = {
     1: _from_1,
     2: _from_2,
     3: _from_3,
+    4: _from_4,
 }

@@ -83,7 +83,8 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     apart = [*_apart(motion, movers, others)]
     inside = [*_inside(motion, movers)]
     relations = _realisable(motion, movers, others) if settings.lambda_ else None
-    factors = len(inside) + (len(relations.sets) if relations else len(apart))
+    gathering = "gathering" not in motion.recording.lacks  # else kappa and psi are those of older versions
+    factors = len(inside) + (len(relations.sets) if relations and gathering else len(apart))
     kappa = settings.kappa or max(LEAST_KAPPA, KAPPA_PER_FACTOR * factors)
     log_G = _log_obstacle(settings, relations)
     betas = [np.stack(columns, axis=-1) for columns in zip(*apart, *inside, strict=True)]
@@ -91,7 +92,7 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     with np.errstate(divide="ignore", invalid="ignore"):  # logarithms of betas <= 0
         here, at_goal = map(log_G, betas)
         w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
-    psi = _psi(settings, kappa, w, len(movers))
+    psi = _psi(settings, kappa, w, len(movers) if gathering else 1)
     energy = _energy(motion, record, rows) + _posture_energy(motion, record, rows)
     return np.where(touching, TOUCHING, settings.force * psi + energy)
 
