@@ -42,7 +42,7 @@ def test_every_name_is_there_and_an_unknown_one_is_not():
 
 def test_examples_are_loaded_by_name_and_files_by_path(examples):
     assert drake_ltl.load("patrol") == drake_ltl.load(examples / "patrol.yaml") == drake_ltl.Scenario.load("patrol")
-    with pytest.raises(InvalidInputError, match="write one of case_i, case_ii"):
+    with pytest.raises(InvalidInputError, match="examples are case_i, case_ii"):
         drake_ltl.load("patrols")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -125,9 +125,12 @@ class FieldBuilder:
             kappa=kappa,
             lambda_=settings.lambda_,
             h=settings.h,
-            shaping=shaping_from(settings.shaping, delta=settings.delta, kappa=kappa, n_movers=relations.n_movers),
+            shaping=shaping_from(settings.shaping, delta=settings.delta, kappa=kappa),
             n_movers=relations.n_movers,
         )
+        if function.log_G_goal < function.log_G(relations.start):  # whoever leaves a crowd has force enough
+            gathering = shaping_from(settings.shaping, delta=settings.delta, kappa=kappa, n_movers=relations.n_movers)
+            function = replace(function, shaping=gathering)
         return StepField(moving.travels, moving.transports, relations, function)
 
     def _kappa(self, step: StepRelations) -> float:

@@ -92,7 +92,8 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
     with np.errstate(divide="ignore", invalid="ignore"):  # logarithms of betas <= 0
         here, at_goal = map(log_G, betas)
         w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
-    psi = _psi(settings, kappa, w, len(movers) if gathering else 1)
+    is_closer = gathering and bool(at_goal < here.flat[0])  # at the goals than at the start
+    psi = _psi(settings, kappa, w, len(movers) if is_closer else 1)
     energy = _energy(motion, record, rows) + _posture_energy(motion, record, rows)
     return np.where(touching, TOUCHING, settings.force * psi + energy)
 
