@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drake_ltl.errors import InvalidInputError
+from drake_ltl.navigation.shaping import gathering_exponent
 from drake_ltl.systems.legs import Leg, Moving, moving_tasks
 from drake_ltl.systems.step_field import KAPPA_PER_FACTOR, FieldBuilder, Snapshot
 
@@ -117,6 +118,17 @@ def test_with_relations_of_all_levels_kappa_grows_with_all_of_them(case_ii, mode
     factors = len(function.realisable.sets) + len(function.relations.inside)
     assert factors > 2 * len(function.relations)
     assert function.kappa == KAPPA_PER_FACTOR * factors
+
+
+def test_the_potential_grows_faster_only_for_who_gathers(builder, program, snapshot_at):
+    """The two travellers of the first step meet; those who begin where they have met do not gather any more."""
+    step, snapshot = program.steps[TRAVEL], snapshot_at(TRAVEL)
+    moving = Moving(step.travels, (), ())
+    met = {**snapshot.q, **{task.agent: task.q_goal for task in step.travels}}
+    gathering = builder.field(moving, snapshot, {}).function
+    gathered = builder.field(moving, Snapshot(met, snapshot.p_WO), {}).function
+    assert gathering.shaping.exponent == gathering_exponent(2, gathering.kappa) > 0.5
+    assert gathered.shaping.exponent == 0.5
 
 
 def test_a_goal_that_is_taken_is_refused(builder, program, snapshot_at, models):
