@@ -10,8 +10,9 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, LeafSystem, Out
 from pydrake.systems.primitives import Multiplexer, PortSwitch
 
 from drake_ltl.errors import InvalidInputError, Mistake
+from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
-from drake_ltl.scenario.model import Scenario
+from drake_ltl.scenario.model import ControllerSettings, Scenario
 from drake_ltl.systems.drive_controllers import DriveController, DriveHoldController
 from drake_ltl.systems.hold_controller import HoldController
 from drake_ltl.systems.navigation_field import NavigationField
@@ -55,8 +56,7 @@ def AddSeparateControllers(
     stack = builder.AddSystem(Multiplexer([*(model.n for model in models.agents.values()), 1]))
     stack.set_name("controls")
     for index, agent in enumerate(transport_plant.agents):
-        add = _add_agent if models.agents[agent].has_arm else _add_drive
-        torque = add(builder, agent, scenario, models, transport_plant, supervisor, field, transports, chosen)
+        torque = _add_agent(builder, agent, scenario, models, transport_plant, supervisor, field, transports, chosen)
         builder.Connect(torque, stack.get_input_port(index))
     builder.Connect(field.get_lyapunov_output_port(), stack.get_input_port(len(models.agents)))
     return stack.get_output_port()
@@ -105,57 +105,38 @@ def _add_agent(
 
     Returns the switch's output: the torque (n,) of every joint.
     """
-    model, settings = models.agents[agent], scenario.controller
+    model, reach = models.agents[agent], supervisor.get_reach_output_port(agent)
     state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
-    damping = model.damping(settings.base_damping, settings.arm_damping)
-
-    hold = builder.AddSystem(chosen(HoldController(model)))
-    builder.Connect(supervisor.get_hold_output_port(agent), hold.GetInputPort("hold"))
-    transition = builder.AddSystem(chosen(TransitionController(model, damping, settings.speed_limit)))
-    builder.Connect(field.get_gradient_output_port(agent), transition.GetInputPort("gradient"))
-    reach = builder.AddSystem(chosen(ReachController(model)))
-    builder.Connect(supervisor.get_reach_output_port(agent), reach.GetInputPort("reach"))
-    builder.Connect(supervisor.get_reach_output_port(agent), field.get_reach_input_port(agent))
-    for controller in (hold, transition, reach):
-        builder.Connect(state, controller.GetInputPort("state"))
+    laws = {name: builder.AddSystem(chosen(law)) for name, law in _laws(model, scenario.controller).items()}
+    builder.Connect(supervisor.get_hold_output_port(agent), laws["hold"].GetInputPort("hold"))
+    builder.Connect(field.get_gradient_output_port(agent), laws["transition"].GetInputPort("gradient"))
+    builder.Connect(reach, field.get_reach_input_port(agent))
+    if model.has_arm:
+        builder.Connect(reach, laws["reach"].GetInputPort("reach"))
+    else:
+        builder.Connect(supervisor.get_course_output_port(agent), laws["transition"].GetInputPort("course"))
 
     switch = builder.AddSystem(PortSwitch(model.n))
     switch.set_name(f"switch_{agent}")
     builder.Connect(supervisor.get_mode_output_port(agent), switch.get_port_selector_input_port())
-    for name, controller in (("hold", hold), ("transition", transition), ("reach", reach)):
-        builder.Connect(controller.GetOutputPort("torque"), switch.DeclareInputPort(name))
-    for obj, transport in transports.items():
+    for name, law in laws.items():
+        builder.Connect(state, law.GetInputPort("state"))
+        builder.Connect(law.GetOutputPort("torque"), switch.DeclareInputPort(name))
+    for obj, transport in transports.items() if model.has_arm else ():
         builder.Connect(transport.GetOutputPort(f"torque_{agent}"), switch.DeclareInputPort(f"transport_{obj}"))
     return switch.get_output_port()
 
 
-def _add_drive(
-    builder: DiagramBuilder,
-    agent: str,
-    scenario: Scenario,
-    models: MeasuredModels,
-    transport_plant: TransportPlant,
-    supervisor: PlanSupervisor,
-    field: NavigationField,
-    transports: Mapping[str, System],
-    chosen: _Choice,
-) -> OutputPort:
-    """The same of a differential drive, which holds or travels and does nothing else."""
-    model = models.agents[agent]
-    state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
-    hold = builder.AddSystem(chosen(DriveHoldController(model)))
-    builder.Connect(supervisor.get_hold_output_port(agent), hold.GetInputPort("hold"))
-    transition = builder.AddSystem(chosen(DriveController(model, scenario.controller.speed_limit)))
-    builder.Connect(field.get_gradient_output_port(agent), transition.GetInputPort("gradient"))
-    builder.Connect(supervisor.get_course_output_port(agent), transition.GetInputPort("course"))
-    builder.Connect(supervisor.get_reach_output_port(agent), field.get_reach_input_port(agent))
-    switch = builder.AddSystem(PortSwitch(model.n))
-    switch.set_name(f"switch_{agent}")
-    builder.Connect(supervisor.get_mode_output_port(agent), switch.get_port_selector_input_port())
-    for name, controller in (("hold", hold), ("transition", transition)):
-        builder.Connect(state, controller.GetInputPort("state"))
-        builder.Connect(controller.GetOutputPort("torque"), switch.DeclareInputPort(name))
-    return switch.get_output_port()
+def _laws(model: AgentModel, settings: ControllerSettings) -> dict[str, LeafSystem]:
+    """What an agent does by itself; a differential drive holds or travels and does nothing else."""
+    if not model.has_arm:
+        return {"hold": DriveHoldController(model), "transition": DriveController(model, settings.speed_limit)}
+    damping = model.damping(settings.base_damping, settings.arm_damping)
+    return {
+        "hold": HoldController(model),
+        "transition": TransitionController(model, damping, settings.speed_limit),
+        "reach": ReachController(model),
+    }
 
 
 class _Choice:

@@ -7,7 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSyste
 
 from drake_ltl.multibody.drive_agent import DriveAgent
 from drake_ltl.systems.drive_law import DriveLaw
-from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
+from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY, HoldController
 
 
 class DriveController(LeafSystem):
@@ -55,7 +55,7 @@ class DriveController(LeafSystem):
         output.SetFromVector(self._law.travel(x[:n], x[n:], gradient, int(course[0]), course[1:]))
 
 
-class DriveHoldController(LeafSystem):
+class DriveHoldController(HoldController):
     """Keeps a differential drive where it stands.
 
     .. pydrake_system::
@@ -71,22 +71,9 @@ class DriveHoldController(LeafSystem):
     """
 
     def __init__(self, model: DriveAgent):
-        super().__init__()
-        self.set_name(f"hold_{model.agent.name}")
-        self._law, self._n = DriveLaw(model, TRACKING_FREQUENCY, np.inf), model.n
-        self._state = self.DeclareVectorInputPort("state", 2 * model.n)
-        self._hold = self.DeclareVectorInputPort("hold", model.n)
-        self._torque = self.DeclareVectorOutputPort("torque", model.n, self._calc_torque)
-
-    def get_state_input_port(self) -> InputPort:
-        return self._state
-
-    def get_hold_input_port(self) -> InputPort:
-        return self._hold
-
-    def get_torque_output_port(self) -> OutputPort:
-        return self._torque
+        super().__init__(model)
+        self._law = DriveLaw(model, TRACKING_FREQUENCY, np.inf)
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        x, n = self._state.Eval(context), self._n
-        output.SetFromVector(self._law.hold(x[:n], x[n:], self._hold.Eval(context)))
+        x, n = self.get_state_input_port().Eval(context), self._model.n
+        output.SetFromVector(self._law.hold(x[:n], x[n:], self.get_hold_input_port().Eval(context)))

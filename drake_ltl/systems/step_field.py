@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -119,18 +119,18 @@ class FieldBuilder:
         relations = self.relations(moving, snapshot, reaches)
         settings = self.scenario.controller
         kappa = settings.kappa or self._kappa(relations)
+        shaping = partial(shaping_from, settings.shaping, delta=settings.delta, kappa=kappa)
         function = NavigationFunction.for_goal(
             relations.relations,
             relations.goal,
             kappa=kappa,
             lambda_=settings.lambda_,
             h=settings.h,
-            shaping=shaping_from(settings.shaping, delta=settings.delta, kappa=kappa),
+            shaping=shaping(),
             n_movers=relations.n_movers,
         )
         if function.log_G_goal < function.log_G(relations.start):  # whoever leaves a crowd has force enough
-            gathering = shaping_from(settings.shaping, delta=settings.delta, kappa=kappa, n_movers=relations.n_movers)
-            function = replace(function, shaping=gathering)
+            function = replace(function, shaping=shaping(n_movers=relations.n_movers))
         return StepField(moving.travels, moving.transports, relations, function)
 
     def _kappa(self, step: StepRelations) -> float:
