@@ -25,8 +25,9 @@ RUN_UP_DIRECTIONS = 24
 def detour(step: StepRelations) -> list[tuple[float, float]] | None:
     """Way points (x, y) [m] of a short way from the start to the goal of the step's only mover, the goal excluded.
 
-    Between way points the straight line is clear. Obstacles count at the height of the mover's start. None if there
-    is no way at any of the clearances.
+    Between way points the straight line is clear, and at each of them the mover could come to stand. The sphere of an
+    arm that is stuck may be higher than it will be at its goal: obstacles count at whichever of the two heights leaves
+    less room. None if there is no way at any of the clearances.
 
     Raises:
         ValueError: more than one mover.
@@ -53,6 +54,7 @@ def run_up(step: StepRelations) -> list[tuple[float, float]]:
     around = np.column_stack([np.cos(angles), np.sin(angles)])
     for length in RUN_UP_LENGTHS:
         points = scene.goal[:2] + length * around
+        points = points[scene.stands(points)]
         open_ = [p for p in points if scene.room(p) > 0.0 and scene.straight(scene.start[:2], p)]
         if open_:
             x, y = max(open_, key=scene.room)
@@ -68,35 +70,45 @@ def arrival_order(goals: Array) -> list[int]:
     return [int(index) for index in np.argsort(np.linalg.norm(goals - goals.mean(axis=0), axis=1), kind="stable")]
 
 
+_Disc = tuple[Array, float]
+"""Centre (2,) and radius [m]."""
+
+
 class _Scene:
     """Discs to keep out of and discs to stay inside of, around one mover."""
 
     def __init__(self, step: StepRelations, clearance: float):
         self.start, self.goal = step.start[0], step.goal[0]
-        others = [(step.start[apart.b], apart.radius + clearance) for apart in step.relations.apart]
-        bounds = [(np.asarray(inside.centre), inside.radius - clearance) for inside in step.relations.inside]
-        self._discs = self._cut(others, reach=np.inf)
-        self._bounds = self._cut(bounds, reach=-np.inf)
+        discs, bounds = self._flat(step, clearance)
+        self._discs = [(centre, min(radius, *self._ends(centre))) for centre, radius in discs]
+        self._bounds = [(centre, max(radius, *self._ends(centre))) for centre, radius in bounds]
+        self._standing = self._flat(step, CLEARANCES[-1])
 
-    def _cut(self, balls: list[tuple[Array, float]], reach: float) -> list[tuple[Array, float]]:
-        """Balls cut at the mover's height: (centre (2,), radius); the two ends of the way never count as blocked."""
-        discs = []
-        for centre, radius in balls:
-            height = abs(centre[2] - self.start[2])
-            flat = float(np.sqrt(max(0.0, radius**2 - height**2)))
-            ends = [np.linalg.norm(end[:2] - centre[:2]) for end in (self.start, self.goal)]
-            flat = min([flat, *ends]) if reach > 0 else max([flat, *ends])
-            discs.append((centre[:2], flat))
-        return discs
+    def _flat(self, step: StepRelations, clearance: float) -> tuple[list[_Disc], list[_Disc]]:
+        """Balls cut at the heights of the mover's start and goal, the worse of both."""
+
+        def cut(ball: Array, radius: float) -> list[float]:
+            heights = (ball[2] - self.start[2], ball[2] - self.goal[2])
+            return [float(np.sqrt(max(0.0, max(0.0, radius) ** 2 - z * z))) for z in heights]
+
+        apart = [(step.start[pair.b], pair.radius + clearance) for pair in step.relations.apart]
+        inside = [(np.asarray(ball.centre), ball.radius - clearance) for ball in step.relations.inside]
+        return (
+            [(centre[:2], max(cut(centre, radius))) for centre, radius in apart],
+            [(centre[:2], min(cut(centre, radius))) for centre, radius in inside],
+        )
+
+    def _ends(self, centre: Array) -> list[float]:
+        """Distances of the two ends of the way, which never count as blocked [m]."""
+        return [float(np.linalg.norm(end[:2] - centre)) for end in (self.start, self.goal)]
+
+    def stands(self, points: Array) -> Array:
+        """Whether the mover could come to stand at each of the points (n, 2) as it will at its goal (n,)."""
+        return _is_clear(points, *self._standing)
 
     def free(self, points: Array) -> Array:
         """Whether each of the points (n, 2) is clear (n,)."""
-        clear = np.ones(len(points), dtype=bool)
-        for centre, radius in self._discs:
-            clear &= ((points - centre) ** 2).sum(axis=1) >= (radius - 1e-9) ** 2
-        for centre, radius in self._bounds:
-            clear &= ((points - centre) ** 2).sum(axis=1) <= (radius + 1e-9) ** 2
-        return clear
+        return _is_clear(points, self._discs, self._bounds)
 
     def room(self, point: Array) -> float:
         """Distance [m] of a point (2,) from all that it must be clear of."""
@@ -134,7 +146,7 @@ class _Scene:
         centre, radius = min(self._bounds, key=lambda bound: bound[1])
         ticks = np.arange(-radius, radius + SPACING, SPACING)
         points = centre + np.stack(np.meshgrid(ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 2)
-        free = self.free(points)
+        free = self.free(points) & self.stands(points)  # way points are goals of navigation functions
         ids = np.full(len(points), -1)
         ids[free] = 2 + np.arange(free.sum())
         return ids.reshape(len(ticks), len(ticks)), np.vstack([self.start[:2], self.goal[:2], points[free]])
@@ -157,6 +169,15 @@ class _Scene:
         lengths = np.linalg.norm(nodes[row] - nodes[column], axis=1)
         graph = csr_array((lengths, (row, column)), shape=(len(nodes), len(nodes)))
         return graph.maximum(graph.T)
+
+
+def _is_clear(points: Array, discs: list[_Disc], bounds: list[_Disc]) -> Array:
+    clear = np.ones(len(points), dtype=bool)
+    for centre, radius in discs:
+        clear &= ((points - centre) ** 2).sum(axis=1) >= (radius - 1e-9) ** 2
+    for centre, radius in bounds:
+        clear &= ((points - centre) ** 2).sum(axis=1) <= (radius + 1e-9) ** 2
+    return clear
 
 
 _START, _GOAL = 0, 1

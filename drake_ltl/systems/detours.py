@@ -9,6 +9,7 @@ others, all go at once again: under one navigation function those who stand in t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,9 @@ STALL_SPEED = 0.02
 """Movers slower than this have come to rest [m/s, rad/s]: below the speed at which goals count as reached."""
 STALL_TIME = 3.0
 """Movers at rest for so long short of their goals do not get there on this way [s]."""
+AT_REST = 0.08
+"""V begins anew once no joint is faster, wheels included [m/s, rad/s]: a drive that creeps is still on its way, and
+verdicts bear 0.1."""
 PASSED = 0.15
 """A way point counts as passed at this distance [m] ..."""
 PASSED_SPEED = 0.05
@@ -71,7 +75,7 @@ class Detours:
             return state
         if state.slow_since == np.inf:
             return replace(state, slow_since=now.time)
-        if now.time - state.slow_since < STALL_TIME:
+        if now.time - state.slow_since < STALL_TIME or not _rest(step.travels, now):
             return state
         return self._exchange(state, step, now) or self._next_mover(state, step, now)
 
@@ -133,3 +137,8 @@ class Detours:
             here = now.X_WO[task.object].translation()
         slow = len(state.way) > 1 or self.arrival.speed(task, now) <= PASSED_SPEED
         return slow and float(np.linalg.norm(here[:2] - state.way[0])) <= PASSED
+
+
+def _rest(travels: Iterable[TravelTask], now: Measurement) -> bool:
+    """Whether V may begin anew; who carries is slow in all joints, or there would be no stall."""
+    return all(np.abs(now.qd[task.agent]).max() <= AT_REST for task in travels)

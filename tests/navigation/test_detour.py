@@ -60,6 +60,21 @@ def test_stays_within_the_region():
     assert least_beta(step, way) > 0.0
 
 
+def test_an_arm_that_stands_high_can_come_down_at_each_way_point():
+    """Stuck with its sphere up at 1.4 m it passes above what its sphere would touch at its goal's height."""
+    places = [(-3.0, y, 0.3) for y in np.arange(-1.4, 12.0, 0.4)]
+    step = step_relations(
+        travellers=[Traveller("a1", 1.25, "p1", "p2", (-7.5, 0.2, 1.4), (8.0, 0.0, 0.4))],
+        static_agents=[StaticBody(f"s{i}", r, (x, y, 0.1)) for i, (x, y, r) in enumerate(places)],
+        regions=REGIONS,
+        workspace_radius=30.0,
+    )
+    way = detour(step)
+    assert way
+    for x, y in way:
+        assert not step.relations.violated(step.at(np.array([[x, y, 0.4]])))
+
+
 def test_none_where_there_is_no_way():
     ring = [(-10 + 5 * np.cos(a), 5 * np.sin(a), 1.0) for a in np.linspace(0, 2 * np.pi, 12, endpoint=False)]
     assert detour(relations((-10, 0), (10, 0), ring)) is None

@@ -16,9 +16,13 @@ from drake_ltl.multibody.drive_agent import BRAKING, BRISK, LATERAL, YAW
 from drake_ltl.navigation.dipole import heading_vector
 from drake_ltl.navigation.unicycle import direction_of_force, drive_force, steering_torque, wheel_torques
 from drake_ltl.scenario import loads
+from drake_ltl.systems.detours import STALL_TIME
 from drake_ltl.systems.drive_law import DriveLaw, next_stage, sense
-from drake_ltl.systems.progress import Progress
+from drake_ltl.systems.preflight import snapshot
+from drake_ltl.systems.program import mission_program
+from drake_ltl.systems.progress import Measurement, Progress
 from drake_ltl.systems.signals import Mode, Phase, Stage
+from drake_ltl.systems.supervision import Supervision
 
 TEXT = """
 workspace: {radius: 9.0}
@@ -121,8 +125,6 @@ def test_it_parks_near_its_goal_and_sets_out_again_far_from_it(drive):
 
 
 def test_its_goal_has_the_heading_of_the_region(parts):
-    from drake_ltl.systems.program import mission_program
-
     mission, scenario, models = parts
     (task,) = [t for t in mission_program(mission, models, scenario).steps[0].travels if t.agent == "a2"]
     assert task.q_goal[YAW] == -2.0
@@ -130,6 +132,21 @@ def test_its_goal_has_the_heading_of_the_region(parts):
     assert model.arriving(np.zeros(8), "pi2")[YAW] == 1.0  # of which `headings` says nothing
     turned = np.array([0, 0, -2.0 + 4.0 * np.pi + 0.01, 0, 0, 0, 30.0, 30.0])
     assert model.joint_error(turned, model.arriving(turned, "pi1")) == pytest.approx(0.01)
+
+
+def test_v_does_not_begin_anew_while_wheels_turn(parts):
+    """Slow for as long as a stall takes, a drive still creeps: its goal is not given up until it rests."""
+    mission, scenario, models = parts
+    supervision = Supervision(mission_program(mission, models, scenario), scenario, models, num_steps=1)
+    here = snapshot(mission.steps[0].before, models)
+    rest = {name: np.zeros_like(q) for name, q in here.q.items()}
+    creeping = rest | {"a2": np.array([0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.1])}
+    state = supervision.begin(Measurement(0.0, here.q, rest, {}, {}))
+    for time in (0.02, STALL_TIME + 0.1, 2.0 * STALL_TIME):
+        state = supervision.advance(state, 0, Measurement(time, here.q, creeping, {}, {}))
+        assert state.interval == 0
+    assert state.slow_since == 0.02
+    assert supervision.advance(state, 0, Measurement(time + 0.02, here.q, rest, {}, {})).interval == 1
 
 
 @pytest.fixture(scope="module")
