@@ -42,11 +42,14 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Prints one section after the other; 0 if there is a plan, else 1."""
-    from drake_ltl.api import planning_geometry, planning_problem
-    from drake_ltl.cli.planning import planned
     from drake_ltl.scenario import load
 
     scenario = load(args.file)
+
+    # What plans takes a while to load: only now is it sure to be needed.
+    from drake_ltl.api import planning_geometry, planning_problem
+    from drake_ltl.cli.planning import planned
+
     _show("What is asked for", formula_lines(scenario))
     _show("What formulas may name", proposition_lines(scenario))
     _show("What depends on the number of steps", stutter_lines(scenario))

@@ -47,14 +47,16 @@ def run(args: argparse.Namespace) -> int:
     """Plans; 0 if there is a plan, 1 if there is none."""
     check_writable(args.json, source=args.file, folder=args.outputs, inside=OUTPUTS)
 
-    # What plans takes a while to load, and not every command needs it.
+    from drake_ltl.scenario import load
+
+    scenario = load(args.file)
+
+    # What plans takes a while to load: only now is it sure to be needed.
     from drake_ltl.api import planning_geometry, planning_problem
     from drake_ltl.cli import infeasibility, planning
     from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
     from drake_ltl.planning.table import plan_table
-    from drake_ltl.scenario import load
 
-    scenario = load(args.file)
     with working("loading the models"):
         start, fits = planning_problem(scenario, planning_geometry(scenario))
     began = time.monotonic()

@@ -77,15 +77,17 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """0 if all runs are satisfied, else 1."""
     from drake_ltl.scenario import load
-    from drake_ltl.sweep.journal import NAME
 
     if (args.runs is None) is (args.only is None):
         remedy = "write either `--runs N` or `--only K`"
         raise InvalidInputError([Mistake("sweep", "it is not clear which runs are meant", remedy)])
+    scenario = load(args.file)
+
+    from drake_ltl.sweep.journal import NAME  # what sweeps takes a while to load
+
     folder = args.output or Path(f"sweep_{args.file.stem}")
     check_writable(source=args.file, folder=folder, inside=(NAME, SUMMARY, PICTURE))
     silence_matplotlib()
-    scenario = load(args.file)
     try:
         with working("planning"):
             sweep = _prepare(args, scenario)

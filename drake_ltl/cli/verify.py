@@ -31,10 +31,13 @@ def run(args: argparse.Namespace) -> int:
     # Other commands are known by the same parser and need none of this.
     from drake_ltl.execution.recording import Recording
     from drake_ltl.scenario import loads
-    from drake_ltl.verification import to_json, verdict_table, verify
 
     recording = Recording.load(args.recording)
     scenario = loads(recording.scenario, source_name=str(args.recording))
+
+    # What judges takes a while to load: only now is it sure to be needed.
+    from drake_ltl.verification import to_json, verdict_table, verify
+
     with working("judging the run"):
         verdict = verify(recording, scenario)
     console().print(verdict_table(verdict, scenario))

@@ -59,13 +59,15 @@ def run(args: argparse.Namespace) -> int:
     silence_matplotlib()
     from drake_ltl.execution.recording import Recording
     from drake_ltl.scenario import loads
-    from drake_ltl.verification.data import finite_part
 
     recorded = Recording.load(args.recording)
+    scenario = loads(recorded.scenario, source_name=str(args.recording))
+
+    from drake_ltl.verification.data import finite_part  # what judges takes a while to load
+
     recording = finite_part(recorded)
     if not len(recording.time):
         raise InvalidInputError([Mistake(str(args.recording), "the run ended before its first sample", "run it again")])
-    scenario = loads(recording.scenario, source_name=str(args.recording))
     with working("loading the models"):
         from drake_ltl.multibody import MeasureGeometry  # Drake takes a while to load
 

@@ -10,7 +10,7 @@ from pydrake.multibody.tree import JacobianWrtVariable, JointIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.errors import InvalidInputError, Mistake
-from drake_ltl.multibody.collision_balls import body_balls, moved
+from drake_ltl.multibody.collision_balls import body_balls, farthest_of_each, moved
 from drake_ltl.multibody.manipulability import manipulability
 from drake_ltl.multibody.parsing import CENTRE_FRAME, GRASP_FRAME, AddAgentModel, require_collision_geometry
 from drake_ltl.scenario.model import Agent
@@ -243,6 +243,14 @@ class AgentModel:
     def inner_volume(self, q: np.ndarray) -> np.ndarray:
         """(m, 4) as `volume`, but balls inside the collision geometry: what it reaches for certain."""
         return self._posed(self._inner, q)
+
+    def reaches(self, arms: np.ndarray, *, inner: bool = False) -> np.ndarray:
+        """(k,) largest distances [m] from c_i to a point of `volume` (or `inner_volume`), for arms (k, n_i - 2)."""
+        found = []
+        for arm in arms:
+            centre = self.centre(np.concatenate([np.zeros(NUM_BASE_JOINTS), arm]))
+            found.append([(body.EvalPoseInWorld(self._context), centre) for body, _ in self._outer])
+        return farthest_of_each(found, [balls for _, balls in (self._inner if inner else self._outer)])
 
     def grasp_pose(self, q: np.ndarray):
         """X_WE(q), a RigidTransform: the end-effector frame {E_i}."""

@@ -52,6 +52,22 @@ def farthest(balls: np.ndarray, point: np.ndarray) -> float:
     return float((np.linalg.norm(balls[:, :3] - point, axis=1) + balls[:, 3]).max())
 
 
+def farthest_of_each(places: list[list[tuple[RigidTransform, np.ndarray]]], balls: list[np.ndarray]) -> np.ndarray:
+    """(k,) `farthest` [m] of k configurations at once: of all their bodies' balls.
+
+    Args:
+        places: of each configuration, for each body, X_WB and the point (3,) in W to measure from.
+        balls: of each body, (n, 4) in its frame; n may be 0.
+    """
+    most = np.zeros(len(places))
+    for body, own in enumerate(balls):
+        X_WB = np.array([row[body][0].GetAsMatrix34() for row in places])
+        from_point = X_WB[:, :, 3] - [row[body][1] for row in places]
+        p = X_WB[:, :, :3] @ own[:, :3].T + from_point[:, :, None]  # (k, 3, n)
+        most = np.maximum(most, (np.linalg.norm(p, axis=1) + own[:, 3]).max(axis=1, initial=0.0))
+    return most
+
+
 def shape_balls(shape: Shape, *, inside: bool = False) -> np.ndarray:
     """(n, 4) rows (x, y, z, radius) [m] in the shape's frame; their convex hull covers the shape.
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.optimize
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.solvers import Solve
@@ -166,6 +165,8 @@ def _shares_of_ranges(model: AgentModel, q: np.ndarray) -> tuple[np.ndarray, np.
 
 def _at_ease(model: AgentModel, X_WE: RigidTransform, q: np.ndarray) -> np.ndarray | None:
     """The same grasp with the greatest comfort nearby."""
+    import scipy.optimize  # takes a while to load, and few models need it
+
     lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
     limited, half, _ = _shares_of_ranges(model, q)
     lower[limited] += 2.0 * ROOM * half

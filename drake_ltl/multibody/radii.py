@@ -9,7 +9,6 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
-import scipy.optimize
 
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
@@ -130,7 +129,7 @@ def _agent_reach(model: AgentModel, *, inner: bool = False) -> float:
         return farthest(volume(q), model.centre(q))
 
     arms = [np.array(arm) for arm in _arm_samples(model)]
-    distances = np.array([distance(arm) for arm in arms])
+    distances = model.reaches(np.array(arms), inner=inner)
     if _samples_per_joint(model) >= DENSE or not model.has_arm:
         return float(distances.max())
     starts = [arms[i] for i in np.argsort(-distances, kind="stable")[:SEARCHES]]
@@ -139,6 +138,8 @@ def _agent_reach(model: AgentModel, *, inner: bool = False) -> float:
 
 def _search(distance: Callable[[np.ndarray], float], start: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
     """The largest distance near `start`, without derivatives: which point is farthest changes on the way."""
+    import scipy.optimize  # takes a while to load, and few models need it
+
     bounds = scipy.optimize.Bounds(*limits)
     return -float(scipy.optimize.minimize(lambda arm: -distance(arm), start, method="Powell", bounds=bounds).fun)
 

@@ -83,6 +83,25 @@ def check_members(
             objects_table.note(where, what, "write one that covers the object and whoever grasps it")
 
 
+def check_places(members: Iterable[Agent | TransportObject], regions: tuple[Region, ...], table: Table) -> None:
+    """Notes members whose origin lies beyond every region, seen from above: their spheres, which hold it, do as well.
+
+    What is nearer than that takes the models to find out (`starts.check_starts`). Parts that could not be read are
+    None; among regions of which one could not be, nobody is said to be in none.
+    """
+    if not regions or any(region.centre is None or region.radius is None for region in regions):
+        return
+    for member in members:
+        if member.position is None:
+            continue
+        beyond = {region.name: math.dist(member.position, region.centre[:2]) - region.radius for region in regions}
+        nearest = min(beyond, key=beyond.__getitem__)
+        if beyond[nearest] > ROUNDING:
+            what = f"{shown(list(member.position))} lies in no region: it is {beyond[nearest]:.4g} m beyond {nearest}"
+            where = f"{table.where(member.name)}.position"
+            table.note(where, what, f"move it towards the centre of {nearest}")
+
+
 @dataclass(frozen=True)
 class ModelFolder:
     """Where relative paths of models start, and whether the files are looked into."""

@@ -103,6 +103,8 @@ def _scenario(top: Table, folder: checks.ModelFolder, source_name: str) -> Scena
     agents = _agents(agents_table, folder, known, region_names)
     objects = _objects(objects_table, folder, known, team_radius, region_names)
     checks.check_members(agents, objects, agents_table, objects_table)
+    checks.check_places(agents, regions, agents_table)
+    checks.check_places(objects, regions, objects_table)
     scenario = Scenario(
         name=name,
         workspace_radius=workspace_radius,

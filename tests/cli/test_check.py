@@ -27,7 +27,7 @@ def test_models_are_loaded(drake_ltl, changed):
 
 
 def test_starts_are_looked_at(drake_ltl, shuttle_file):
-    text = shuttle_file.read_text(encoding="utf-8").replace("position: [-2.5, 0.0]", "position: [-2.5, 6.0]")
+    text = shuttle_file.read_text(encoding="utf-8").replace("position: [-2.5, 0.0]", "position: [-2.5, 1.9]")
     shuttle_file.write_text(text, encoding="utf-8")
     result = drake_ltl("check", shuttle_file)
     assert result.status == 2

@@ -189,3 +189,20 @@ def test_recordings_are_read_without_drake():
     code = "import sys, drake_ltl.execution.recording, drake_ltl.cli; assert 'pydrake' not in sys.modules"
     result = python(code)
     assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("command", ["plan", "explain", "simulate", "check", "sweep"])
+def test_a_malformed_scenario_is_refused_before_anything_large_is_loaded(tmp_path, command):
+    """Loading takes longer than all that is done with such a file."""
+    file = tmp_path / "bad.yaml"
+    file.write_text("workspace: {radius: wide}", encoding="utf-8")
+    more = ["--runs", "1"] if command == "sweep" else []
+    code = f"""
+import sys
+from drake_ltl.cli import main
+status = main({[command, str(file), *more]!r})
+loaded = [name for name in ("numpy", "scipy", "pydrake", "ortools", "networkx") if name in sys.modules]
+sys.exit(f"{{status}} {{loaded}}" if status != 2 or loaded else 0)
+"""
+    result = python(code)
+    assert result.returncode == 0, result.stderr

@@ -158,3 +158,12 @@ def test_calls_leave_no_trace(model, first, second):
     after = model.gravity(first), model.centre(first), model.inverse_dynamics(first, second, second)
     for a, b in zip(before, after, strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+def test_reaches_of_many_postures_are_those_of_each(make_agent):
+    model = AgentModel(make_agent(heading=0.4))
+    arms = np.random.default_rng(3).uniform(*model.arm_limits, (7, model.n - 2))
+    for inner, volume in ((False, model.volume), (True, model.inner_volume)):
+        each = [farthest(volume(q), model.centre(q)) for q in np.column_stack([np.zeros((7, 2)), arms])]
+        # Sums in another order: a few units in the last place of a metre.
+        np.testing.assert_allclose(model.reaches(arms, inner=inner), each, rtol=0.0, atol=1e-14)

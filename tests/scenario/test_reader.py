@@ -250,6 +250,8 @@ MISTAKES = [
     ("agents.a1", None, "agents.a1.model", "is missing; add a line `model: ...`"),
     ("agents.a1", {"position": [0, 0]}, "agents.a1.model", "is missing"),
     ("objects.o1", {"radius": 3, "team_radius": 2}, "objects.o1", "team_radius 2 is less"),
+    ("agents.a1.position", [3, 2.6], "agents.a1.position", "lies in no region"),
+    ("objects.o1.position", [1e5, 0], "objects.o1.position", "move it towards the centre of pi"),
     # models
     ("agents.a1.model", "nowhere.urdf", "agents.a1.model", "one of: package://drake_ltl_models/agents/"),
     ("objects.o1.model", "nowhere.sdf", "objects.o1.model", "one of: package://drake_ltl_models/objects/"),
