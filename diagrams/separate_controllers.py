@@ -12,7 +12,7 @@ from pydrake.systems.primitives import Multiplexer, PortSwitch
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
-from drake_ltl.scenario.model import ControllerSettings, Scenario
+from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.drive_controllers import DriveController, DriveHoldController
 from drake_ltl.systems.hold_controller import HoldController
 from drake_ltl.systems.navigation_field import NavigationField
@@ -107,7 +107,7 @@ def _add_agent(
     """
     model, reach = models.agents[agent], supervisor.get_reach_output_port(agent)
     state = transport_plant.plant.get_state_output_port(transport_plant.agents[agent])
-    laws = {name: builder.AddSystem(chosen(law)) for name, law in _laws(model, scenario.controller).items()}
+    laws = {name: builder.AddSystem(chosen(law)) for name, law in _laws(model, scenario).items()}
     builder.Connect(supervisor.get_hold_output_port(agent), laws["hold"].GetInputPort("hold"))
     builder.Connect(field.get_gradient_output_port(agent), laws["transition"].GetInputPort("gradient"))
     builder.Connect(reach, field.get_reach_input_port(agent))
@@ -127,14 +127,16 @@ def _add_agent(
     return switch.get_output_port()
 
 
-def _laws(model: AgentModel, settings: ControllerSettings) -> dict[str, LeafSystem]:
+def _laws(model: AgentModel, scenario: Scenario) -> dict[str, LeafSystem]:
     """What an agent does by itself; a differential drive holds or travels and does nothing else."""
+    settings = scenario.controller
     if not model.has_arm:
         return {"hold": DriveHoldController(model), "transition": DriveController(model, settings.speed_limit)}
     damping = model.damping(settings.base_damping, settings.arm_damping)
+    growth = model.largest_growth(damping, scenario.simulation.time_step)
     return {
         "hold": HoldController(model),
-        "transition": TransitionController(model, damping, settings.speed_limit),
+        "transition": TransitionController(model, damping, settings.speed_limit, growth),
         "reach": ReachController(model),
     }
 

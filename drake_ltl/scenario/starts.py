@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 UNMEASURED_POSTURE = "start"
 """Posture of an agent of whose arm nothing is known; its sphere is centred on the base's origin."""
 
+ROOM = 0.05
+"""Postures that leave less between a sphere and its region's border come last [m]: who must stay in the region is
+driven off the border the harder the closer it is."""
+
 
 @dataclass(frozen=True)
 class AgentStart:
@@ -64,8 +68,9 @@ class _Candidate:
 def check_starts(scenario: Scenario, geometry: Geometry) -> Starts:
     """The start of every member: each sphere inside a region, no two touching.
 
-    An agent whose joints the file leaves open takes the first of its postures with which this is possible,
-    earlier agents choosing first; otherwise its first posture is the one the file gives.
+    An agent whose joints the file leaves open takes the first of its postures with which this is possible, those
+    that leave ROOM before all others and earlier agents choosing first; otherwise its first posture is the one the
+    file gives.
 
     Raises:
         InvalidInputError: with every sphere that lies in no region, and every pair that touches.
@@ -103,13 +108,14 @@ def _options(scenario: Scenario, geometry: Geometry, member: Agent | TransportOb
     else:
         radius = geometry.object_radius[member.name]
         postures = {UNMEASURED_POSTURE: (0.0, 0.0, geometry.object_height.get(member.name, 0.0))}
-    candidates = []
+    candidates, excess = [], {}
     for posture, (dx, dy, dz) in postures.items():
         centre = (x + dx, y + dy, dz)
         nearest = _nearest(scenario, centre)
-        inside = _excess(nearest, centre, radius) <= 0
-        candidates.append(_Candidate(posture, centre, radius, nearest.name if inside else None))
-    return tuple(one for one in candidates if one.region is not None) or tuple(candidates)
+        excess[posture] = _excess(nearest, centre, radius)
+        candidates.append(_Candidate(posture, centre, radius, nearest.name if excess[posture] <= 0 else None))
+    inside = [one for one in candidates if one.region is not None]
+    return tuple(sorted(inside, key=lambda one: excess[one.posture] > -ROOM)) or tuple(candidates)
 
 
 def _excess(region: Region, centre: Vector3, radius: float) -> float:

@@ -160,7 +160,7 @@ class MissionController(LeafSystem):
             vx, vy, *_ = qd[rows].tolist()
             if (speed := hypot(vx, vy)) > limit:
                 damping = damping.copy()
-                damping[rows] = growing_damping(damping[rows], speed, limit)
+                damping[rows] = growing_damping(damping[rows], speed, limit, orders.growth[name])
         return transition_torque(gravity, gradient, damping, qd)
 
     def _wrench(self, name: str, gradient: np.ndarray, V_WO: np.ndarray) -> np.ndarray:

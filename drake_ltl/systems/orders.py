@@ -72,6 +72,8 @@ class Orders:
     """Differential drives."""
     damping: np.ndarray
     """Diagonal of K of travellers' joints, else 0."""
+    growth: Mapping[str, float]
+    """agent -> how many times its damping may grow with its speed."""
     frequency: np.ndarray
     """Of joints of agents that hold [rad/s], else 0."""
     hold: np.ndarray
@@ -94,6 +96,11 @@ class LatestOrders:
         self._field, self._springs = LatestField(program, scenario, models), PostureSprings(agents)
         damping = [model.damping(settings.base_damping, settings.arm_damping) for model in agents.values()]
         self._damping = np.concatenate(damping)
+        self._growth = {
+            name: model.largest_growth(K, scenario.simulation.time_step)
+            for (name, model), K in zip(agents.items(), damping, strict=True)
+            if model.has_arm
+        }
         self._drive_laws = {
             name: DriveLaw(model, TRACKING_FREQUENCY, settings.speed_limit)
             for name, model in agents.items()
@@ -125,6 +132,7 @@ class LatestOrders:
             loads=loads,
             drives=drives,
             damping=self._mask(travels) * self._damping,
+            growth=self._growth,
             frequency=self._mask(holding) * TRACKING_FREQUENCY,
             hold=np.concatenate([told.hold for told in signals.values()]),
             reaches={name: signals[name].reach for name in reaching},

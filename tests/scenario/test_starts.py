@@ -14,7 +14,7 @@ from drake_ltl.planning.geometry import Geometry
 from drake_ltl.planning.initial import initial_state
 from drake_ltl.planning.plan import State
 from drake_ltl.scenario.model import Agent, Region, Scenario, TransportObject
-from drake_ltl.scenario.starts import check_starts
+from drake_ltl.scenario.starts import ROOM, check_starts
 
 REGIONS = (Region("pi1", (0.0, 0.0, 0.0), 3.5), Region("pi2", (10.0, 0.0, 0.0), 3.5))
 UP = {"up": (0.0, 0.0, 1.0)}
@@ -109,6 +109,14 @@ def test_posture_is_the_first_that_lies_in_a_region():
     assert check_starts(scenario, geometry_of(scenario, ALL)).agents["a0"].posture == "behind"
 
 
+def test_posture_that_leaves_room_to_the_border_is_preferred():
+    """Upright it is 2 cm inside, ahead 3 mm outside, behind 0.8 m inside."""
+    scenario = scenario_of([(2.0, 0)])
+    assert check_starts(scenario, geometry_of(scenario, ALL)).agents["a0"].posture == "behind"
+    tight = geometry_of(scenario, {"up": ALL["up"]})
+    assert check_starts(scenario, tight).agents["a0"].posture == "up"
+
+
 def test_earlier_agent_makes_room_for_a_later_one():
     wide = (Region("pi1", (0.0, 0.0, 0.0), 20.0),)
     scenario = scenario_of([(0, 0), (2.0, 0)], [(3.8, 0)], wide)
@@ -160,7 +168,13 @@ def test_choice_is_the_first_of_all_that_work(agents, objects):
         inside = all(any(math.dist(c, region.centre) + r <= region.radius for region in regions) for c, r in spheres)
         return inside and all(math.dist(c, d) > r + s for (c, r), (d, s) in itertools.combinations(spheres, 2))
 
-    expected = next((names for names in itertools.product(ALL, repeat=len(agents)) if works(names)), None)
+    def preferred(agent: tuple[float, float]) -> list[str]:
+        """Those first that are ROOM inside."""
+        centres = {name: (agent[0] + dx, agent[1] + dy, z) for name, (dx, dy, z) in ALL.items()}
+        slack = {name: max(r.radius - math.dist(c, r.centre) - 0.9 for r in regions) for name, c in centres.items()}
+        return sorted(ALL, key=lambda name: slack[name] < ROOM)
+
+    expected = next((names for names in itertools.product(*map(preferred, agents)) if works(names)), None)
     if expected is None:
         assert lines(scenario, geometry)
     else:
