@@ -133,10 +133,9 @@ def _laws(model: AgentModel, scenario: Scenario) -> dict[str, LeafSystem]:
     if not model.has_arm:
         return {"hold": DriveHoldController(model), "transition": DriveController(model, settings.speed_limit)}
     damping = model.damping(settings.base_damping, settings.arm_damping)
-    growth = model.largest_growth(damping, scenario.simulation.time_step)
     return {
         "hold": HoldController(model),
-        "transition": TransitionController(model, damping, settings.speed_limit, growth),
+        "transition": TransitionController(model, damping, settings.speed_limit, scenario.simulation.time_step),
         "reach": ReachController(model),
     }
 

@@ -19,6 +19,7 @@ from drake_ltl.dynamics.grasp import (
     skew,
     wrench_at_gripper,
 )
+from drake_ltl.dynamics.held_damping import HeldDamping, velocity_after
 from drake_ltl.dynamics.joint_space import (
     JointDynamics,
     coriolis_matrix,
@@ -50,6 +51,7 @@ from drake_ltl.dynamics.wrist import wrench_on_object
 __all__ = [
     "GRAVITY",
     "MAX_GROWTH",
+    "HeldDamping",
     "JointDynamics",
     "SpatialDynamics",
     "admissible_twists",
@@ -91,6 +93,7 @@ __all__ = [
     "tracking_acceleration",
     "transition_torque",
     "transport_torque",
+    "velocity_after",
     "wrench_at_gripper",
     "wrench_on_object",
 ]

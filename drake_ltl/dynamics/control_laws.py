@@ -7,23 +7,23 @@ import numpy as np
 from drake_ltl.dynamics.grasp import wrench_at_gripper
 
 
-MAX_GROWTH = 8.0
-"""Of damping that grows with the speed, however short the time step (`AgentModel.largest_growth`)."""
-
-
 def speed_of(v: np.ndarray) -> float:
     """|v| [m/s] of a velocity (3,) or (2,); AutoDiffXd has no derivatives of it at rest, where there are none."""
-    squared = v @ v
-    return np.sqrt(squared) if squared > 0.0 else 0.0 * squared
+    squared = sum([along * along for along in v.tolist()])
+    return squared**0.5 if squared > 0.0 else 0.0 * squared
 
 
-def growing_damping(damping: np.ndarray, speed: float, limit: float, most: float = MAX_GROWTH) -> np.ndarray:
-    """The diagonal of K, growing with the square of the speed beyond `limit` [m/s], at most `most` times.
+def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarray:
+    """The diagonal of K, growing with the square of the speed beyond `limit` [m/s], at most MAX_GROWTH times.
 
     Leaving a narrow place under a navigation function is fast; K may depend on the state as long as it is positive
     definite, V falls all the more.
     """
-    return damping if speed <= limit else damping * min((speed / limit) ** 2, most)
+    return damping if speed <= limit else damping * min((speed / limit) ** 2, MAX_GROWTH)
+
+
+MAX_GROWTH = 8.0
+"""More would hold a mover back where nothing is near."""
 
 
 def transition_torque(gravity: np.ndarray, gradient: np.ndarray, damping: np.ndarray, qd: np.ndarray) -> np.ndarray:

@@ -9,7 +9,6 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import JacobianWrtVariable, JointIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_ltl.dynamics import MAX_GROWTH
 from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.multibody.collision_balls import body_balls, farthest_of_each, moved
 from drake_ltl.multibody.manipulability import manipulability
@@ -30,9 +29,6 @@ POSTURE_FREQUENCY = 40.0
 ease, so that loads stay upright and a base that is dragged along lags by a few centimetres."""
 POSTURE_DAMPING = 0.7
 """Of that spring, relative to the critical one."""
-LARGEST_DECAY = 1.5
-"""What damping that grows with the speed takes off a velocity in one time step, at most: more than 2 would swing up,
-and barriers have a share in what is left."""
 INERTIA_SAMPLES = 500
 """Postures of which the least inertia is taken."""
 NUM_BASE_JOINTS = 2
@@ -158,14 +154,10 @@ class AgentModel:
     @cached_property
     def least_inertia(self) -> np.ndarray:
         """(n,) [kg, kg m^2]: 1 / (B^-1)_jj, what joint j moves while others are free, the least of many postures."""
-        return 1.0 / np.max([np.diag(np.linalg.inv(B)) for B in self._inertias], axis=0)
-
-    @cached_property
-    def _inertias(self) -> list[np.ndarray]:
-        """B (n, n) in many postures."""
         lower, upper = self.arm_limits
         arms = np.random.default_rng(0).uniform(lower, upper, size=(INERTIA_SAMPLES, len(lower)))
-        return [self.inertia(q) for q in np.pad(arms, ((0, 0), (NUM_BASE_JOINTS, 0)))]
+        configurations = np.pad(arms, ((0, 0), (NUM_BASE_JOINTS, 0)))
+        return 1.0 / np.max([np.diag(np.linalg.inv(self.inertia(q))) for q in configurations], axis=0)
 
     @property
     def arm_limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -190,16 +182,6 @@ class AgentModel:
         K = np.minimum(arm * np.sqrt(inertia / REFERENCE_INERTIA), FASTEST_DECAY * self.least_inertia)
         K[:NUM_BASE_JOINTS] = base
         return K
-
-    def largest_growth(self, damping: np.ndarray, time_step: float) -> float:
-        """How many times a damping K (n,) may grow with the speed in a plant that is advanced by `time_step` [s].
-
-        A torque -K qd that is held for a step takes I - dt B^-1 K from velocity to velocity: what it damps swings up
-        where an eigenvalue of dt B^-1 K exceeds 2.
-        """
-        root = np.sqrt(damping)
-        decays = [np.linalg.eigvalsh(root[:, None] * np.linalg.inv(B) * root)[-1] for B in self._inertias]
-        return float(np.clip(LARGEST_DECAY / (time_step * max(decays)), 1.0, MAX_GROWTH))
 
     def manipulability(self, q: np.ndarray) -> float:
         """w(q) = sqrt(det J J^T), see `multibody.manipulability`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
 
-from drake_ltl.dynamics.joint_space import frame_jacobian, gravity_torque
+from drake_ltl.dynamics.joint_space import frame_jacobian, gravity_torque, inertia_matrix
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.parsing import GRASP_FRAME
 
@@ -22,6 +22,11 @@ class AutoDiffAgent:
         """g_q(q) (n,) [N, N m] of (1a)."""
         self._plant.SetPositions(self._context, q)
         return gravity_torque(self._plant, self._context)
+
+    def inertia(self, q: np.ndarray) -> np.ndarray:
+        """B(q) (n, n) of (1a)."""
+        self._plant.SetPositions(self._context, q)
+        return inertia_matrix(self._plant, self._context)
 
     def grasp_pose(self, q: np.ndarray):
         """X_WE(q), a RigidTransform_[AutoDiffXd]."""

@@ -65,6 +65,11 @@ class CrewModel:
         self._plant.CalcForceElementsContribution(self._context, self._forces)  # gravity
         return self._plant.CalcInverseDynamics(self._context, qdd, self._forces)
 
+    def inertia(self, agent: str) -> np.ndarray:
+        """B_i(q_i) (n_i, n_i) of (1a)."""
+        rows = self.rows[agent]
+        return self._plant.CalcMassMatrix(self._context)[rows, rows]
+
     def kinetic_energy(self) -> float:
         """qd^T B qd / 2 [J]."""
         return self._plant.CalcKineticEnergy(self._context)

@@ -7,6 +7,7 @@ model for itself, this one asks once for all, of one plant: a simulation takes a
 
 from __future__ import annotations
 
+from functools import partial
 from math import hypot, isfinite
 from typing import NamedTuple
 
@@ -154,14 +155,12 @@ class MissionController(LeafSystem):
 
     def _transition(self, orders: Orders, gravity: np.ndarray, field: FieldValue, qd: np.ndarray) -> np.ndarray:
         """(10a) of all travellers at once; what others have instead of gravity stays as it is."""
-        gradient, damping, limit = np.zeros(len(qd)), orders.damping, self._settings.speed_limit
-        for name, rows in orders.travels.items():
-            gradient[rows] = field.agents[name]
-            vx, vy, *_ = qd[rows].tolist()
-            if (speed := hypot(vx, vy)) > limit:
-                damping = damping.copy()
-                damping[rows] = growing_damping(damping[rows], speed, limit, orders.growth[name])
-        return transition_torque(gravity, gradient, damping, qd)
+        gradient, damping, velocity = np.zeros((3, len(qd)))
+        for traveller in orders.travels:
+            name, rows = traveller.agent, traveller.rows
+            gradient[rows] = slope = field.agents[name]
+            damping[rows], velocity[rows] = traveller.damping.at(slope, qd[rows], partial(self._crew.inertia, name))
+        return transition_torque(gravity, gradient, damping, velocity)
 
     def _wrench(self, name: str, gradient: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
         """What a team shares of (10b)."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_ltl.dynamics import check_load_shares
+from drake_ltl.dynamics import HeldDamping, check_load_shares
 from drake_ltl.dynamics.null_space import PostureSpring
+from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.drive_law import DriveLaw
@@ -19,6 +20,15 @@ from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import Mode, Stage, pack_step
 from drake_ltl.systems.step_field import StepField
+
+
+@dataclass(frozen=True)
+class Traveller:
+    """An agent with an arm that travels."""
+
+    agent: str
+    rows: slice
+    damping: HeldDamping
 
 
 @dataclass(frozen=True)
@@ -65,15 +75,10 @@ class Orders:
     """What the laws of all agents are formed of. Arrays are stacked, agent after agent (n,)."""
 
     field: StepField | None
-    travels: Mapping[str, slice]
-    """Travellers with arms, with their rows."""
+    travels: tuple[Traveller, ...]
     loads: tuple[Load, ...]
     drives: Mapping[str, Drive]
     """Differential drives."""
-    damping: np.ndarray
-    """Diagonal of K of travellers' joints, else 0."""
-    growth: Mapping[str, float]
-    """agent -> how many times its damping may grow with its speed."""
     frequency: np.ndarray
     """Of joints of agents that hold [rad/s], else 0."""
     hold: np.ndarray
@@ -93,12 +98,11 @@ class LatestOrders:
         """`rows` says where each agent's joints are in stacked arrays."""
         settings, agents = scenario.controller, models.agents
         self._program, self._agents, self._rows = program, agents, rows
+        self._n = sum(model.n for model in agents.values())
         self._field, self._springs = LatestField(program, scenario, models), PostureSprings(agents)
-        damping = [model.damping(settings.base_damping, settings.arm_damping) for model in agents.values()]
-        self._damping = np.concatenate(damping)
-        self._growth = {
-            name: model.largest_growth(K, scenario.simulation.time_step)
-            for (name, model), K in zip(agents.items(), damping, strict=True)
+        self._travellers = {
+            name: Traveller(name, rows[name], self._held_damping(model, scenario))
+            for name, model in agents.items()
             if model.has_arm
         }
         self._drive_laws = {
@@ -107,6 +111,12 @@ class LatestOrders:
             if not model.has_arm
         }
         self._latest: tuple[Progress | None, Orders | None] = (None, None)
+
+    @staticmethod
+    def _held_damping(model: AgentModel, scenario: Scenario) -> HeldDamping:
+        settings = scenario.controller
+        K = model.damping(settings.base_damping, settings.arm_damping)
+        return HeldDamping.of(model, K, settings.speed_limit, scenario.simulation.time_step)
 
     def of(self, progress: Progress) -> Orders:
         """What is to be done now."""
@@ -128,11 +138,9 @@ class LatestOrders:
         loads = self._loads(field, self._field.snapshot(progress.anchor).q)
         return Orders(
             field=field,
-            travels={name: self._rows[name] for name in travels},
+            travels=tuple(self._travellers[name] for name in travels),
             loads=loads,
             drives=drives,
-            damping=self._mask(travels) * self._damping,
-            growth=self._growth,
             frequency=self._mask(holding) * TRACKING_FREQUENCY,
             hold=np.concatenate([told.hold for told in signals.values()]),
             reaches={name: signals[name].reach for name in reaching},
@@ -158,7 +166,7 @@ class LatestOrders:
         return Carrier(name, self._rows[name], share, spring)
 
     def _mask(self, agents: Iterable[str]) -> np.ndarray:
-        mask = np.zeros(len(self._damping))
+        mask = np.zeros(self._n)
         for name in agents:
             mask[self._rows[name]] = 1.0
         return mask

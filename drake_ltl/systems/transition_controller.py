@@ -7,8 +7,8 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem_, OutputPort
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from drake_ltl.dynamics import MAX_GROWTH, growing_damping, speed_of, transition_torque
-from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS, AgentModel
+from drake_ltl.dynamics import HeldDamping, transition_torque
+from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.autodiff_agent import agent_for
 
 
@@ -35,27 +35,26 @@ def TransitionController_(T):
             model: AgentModel,
             damping: np.ndarray,
             speed_limit: float = np.inf,
-            most_growth: float = MAX_GROWTH,
+            time_step: float = 0.0,
             *,
             converter=None,
         ):
             """`damping` is the diagonal (n,) of K_z [N s/m, N m s/rad], all positive; it grows beyond `speed_limit`
-            of the base [m/s], at most `most_growth` times, see `dynamics.growing_damping`."""
+            of the base [m/s], see `dynamics.growing_damping`. If torques stay for a `time_step` [s], what is fast is
+            damped as `dynamics.HeldDamping` says."""
             LeafSystem_[T].__init__(self, converter)
             self.set_name(f"transition_{model.agent.name}")
             if damping.shape != (model.n,) or not np.all(damping > 0.0):
                 raise ValueError(f"damping must be {model.n} positive numbers, not {damping!r}")
-            self._model, self._damping = model, damping
-            self._speed_limit, self._most_growth = speed_limit, most_growth
+            self._model, self._damping = model, HeldDamping.of(model, damping, speed_limit, time_step)
             self._agent = agent_for(T, model)
             self._state = self.DeclareVectorInputPort("state", 2 * model.n)
             self._gradient = self.DeclareVectorInputPort("gradient", model.n)
             self._torque = self.DeclareVectorOutputPort("torque", model.n, self._calc_torque)
 
         def _construct_copy(self, other, converter=None):
-            Impl._construct(
-                self, other._model, other._damping, other._speed_limit, other._most_growth, converter=converter
-            )
+            law = other._damping
+            Impl._construct(self, other._model, law.K, law.speed_limit, law.time_step, converter=converter)
 
         def get_state_input_port(self) -> InputPort:
             return self._state
@@ -67,12 +66,10 @@ def TransitionController_(T):
             return self._torque
 
         def _calc_torque(self, context: Context, output: BasicVector) -> None:
-            n = self._model.n
-            x = self._state.Eval(context)
+            q, qd = np.split(self._state.Eval(context), 2)
             gradient = self._gradient.Eval(context)
-            speed = speed_of(x[n : n + NUM_BASE_JOINTS])
-            damping = growing_damping(self._damping, speed, self._speed_limit, self._most_growth)
-            output.SetFromVector(transition_torque(self._agent.gravity(x[:n]), gradient, damping, x[n:]))
+            K, velocity = self._damping.at(gradient, qd, lambda: self._agent.inertia(q))
+            output.SetFromVector(transition_torque(self._agent.gravity(q), gradient, K, velocity))
 
     return Impl
 
