@@ -9,17 +9,24 @@ from drake_ltl.dynamics.grasp import wrench_at_gripper
 
 def speed_of(v: np.ndarray) -> float:
     """|v| [m/s] of a velocity (3,) or (2,); AutoDiffXd has no derivatives of it at rest, where there are none."""
-    squared = sum([along * along for along in v.tolist()])
+    x, y, *z = v.tolist()
+    squared = x * x + y * y + z[0] * z[0] if z else x * x + y * y
     return squared**0.5 if squared > 0.0 else 0.0 * squared
 
 
-def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarray:
-    """The diagonal of K, growing with the square of the speed beyond `limit` [m/s], at most MAX_GROWTH times.
+def growth_of_damping(speed: float, limit: float) -> float:
+    """How many times K is what it is at rest: it grows with the square of the speed beyond `limit` [m/s], at most to
+    MAX_GROWTH.
 
     Leaving a narrow place under a navigation function is fast; K may depend on the state as long as it is positive
     definite, V falls all the more.
     """
-    return damping if speed <= limit else damping * min((speed / limit) ** 2, MAX_GROWTH)
+    return 1.0 if speed <= limit else min((speed / limit) ** 2, MAX_GROWTH)
+
+
+def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarray:
+    """The diagonal of K at a speed [m/s], see `growth_of_damping`."""
+    return damping if speed <= limit else damping * growth_of_damping(speed, limit)
 
 
 MAX_GROWTH = 8.0

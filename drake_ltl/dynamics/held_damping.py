@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydrake.math import inv
 
-from drake_ltl.dynamics.control_laws import growing_damping, speed_of
+from drake_ltl.dynamics.control_laws import growth_of_damping, speed_of
 
 if TYPE_CHECKING:
     from drake_ltl.multibody.agent_model import AgentModel
 
 BASE = slice(0, 2)
 """x and y among an agent's joints."""
-MOST_DECAY = 0.7
+MOST_DECAY = 1.0
 """Time step times K_jj / b_j, b_j what joint j moves, up to which the velocity before a step will do."""
 
 
@@ -31,28 +31,27 @@ class HeldDamping:
         B (w - qd) = -time_step * (grad_q psi + K_z w),
 
     V falls by at least w^T (K_z - time_step / 2 * H) w * time_step, H the Hessian of psi on the way. For a time step
-    that goes to zero both are (10a). What is slow keeps the velocity before, for which no inertia is needed.
+    that goes to zero both are (10a). Where K_z is small the velocity before will do, for which no inertia is needed.
     """
 
     K: np.ndarray
     """Diagonal (n,) [N s/m, N m s/rad], all positive."""
     speed_limit: float = np.inf
-    """Beyond which K grows, see `growing_damping` [m/s]."""
+    """Beyond which K grows, see `growth_of_damping` [m/s]."""
     time_step: float = 0.0
     """For which torques stay [s]."""
     mass: float = np.inf
     """Of the whole agent [kg]."""
-    is_stiff: bool = False
-    """Whether even what is slow needs the velocity after the step."""
+    decay: float = 0.0
+    """Time step times the largest K_jj / b_j."""
 
     @staticmethod
     def of(model: AgentModel, K: np.ndarray, speed_limit: float, time_step: float) -> HeldDamping:
         """Of an agent; for torques that follow the state at once `time_step` is 0."""
         if time_step == 0.0:
             return HeldDamping(K, speed_limit)
-        mass = float(model.inertia(np.zeros(model.n))[0, 0])
-        is_stiff = bool(time_step * np.max(K / model.least_inertia) > MOST_DECAY)
-        return HeldDamping(K, speed_limit, time_step, mass, is_stiff)
+        mass, decay = float(model.inertia(np.zeros(model.n))[0, 0]), time_step * np.max(K / model.least_inertia)
+        return HeldDamping(K, speed_limit, time_step, mass, float(decay))
 
     def at(
         self, gradient: np.ndarray, qd: np.ndarray, inertia: Callable[[], np.ndarray]
@@ -64,13 +63,15 @@ class HeldDamping:
             qd: velocities before the step (n,).
             inertia: B(q) (n, n); not called if it is not needed.
         """
-        speed = speed_of(qd[BASE])
-        if self.time_step > 0.0:  # what the gradient is about to add
-            speed = speed + self.time_step / self.mass * speed_of(gradient[BASE])
-        if speed <= self.speed_limit and not self.is_stiff:
+        push = self.time_step / self.mass  # of a force: what it is about to add to the speed
+        speed = speed_of(qd[BASE]) + push * speed_of(gradient[BASE])
+        if speed <= self.speed_limit and self.decay <= MOST_DECAY:
             return self.K, qd
-        K = growing_damping(self.K, speed, self.speed_limit)
-        return K, velocity_after(inertia(), gradient, K, qd, self.time_step) if self.time_step > 0.0 else qd
+        growth = growth_of_damping(speed, self.speed_limit)
+        K = growth * self.K
+        if self.decay * growth <= MOST_DECAY:
+            return K, qd
+        return K, velocity_after(inertia(), gradient, K, qd, self.time_step)
 
 
 def velocity_after(B: np.ndarray, gradient: np.ndarray, K: np.ndarray, qd: np.ndarray, time_step: float) -> np.ndarray:
