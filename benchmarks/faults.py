@@ -40,6 +40,11 @@ class Case:
 CASES = (
     Case("relay", "{kind: agent_stops, agent: a2, time: 3.0}", "a2 stops on its way, brakes on"),
     Case("relay", "{kind: agent_stops, agent: a2, time: 3.0, how: limp}", "a2 stops on its way, no torque, no brakes"),
+    Case(
+        "relay",
+        "{kind: agent_stops, agent: a2, time: 3.0, how: limp, friction: 8.0}",
+        "the same, with a friction of 8 N s/m",
+    ),
     Case("relay", "{kind: agent_stops, agent: a1, time: 1.0}", "a1 stops where it stands; nobody needs it"),
     Case("relay", "{kind: torque_limits, agent: a2, time: 2.0, factor: 0.05}", "a2 has 5 % of its torque"),
     Case("spare_hand", "{kind: agent_stops, agent: a2, time: 1.0}", "a2 stops on its way to the crate"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,7 @@ LOOK = 0.02
 BRAKING_LIMIT = 10.0
 """After so long in safe mode those who do not rest are left alone [s]."""
 LOST_LIMIT = 3.0
-"""... and those who are out of service after so long [s]."""
+"""... and those who are out of service after so long [s], unless they come to rest by themselves: halve their speed."""
 ALWAYS_MONITORS = frozenset({"geometry"})
 """Of the monitors of docs/monitors.md, what keeps its meaning even while everybody goes to some region."""
 MONITORS = ALWAYS_MONITORS | {"spheres", "arrival"}
@@ -211,13 +212,20 @@ class Leg:
     def _wait(self) -> None:
         """Until all rest; for those out of service not so long. What is noticed meanwhile is counted in."""
         begin, supervisor = self._context.get_time(), self.diagram.supervisor
+        first = supervisor.measured(self._own).qd
         step = self._first_step + supervisor.GetProgress(self._own).count
         while (now := self._context.get_time()) < begin + BRAKING_LIMIT:
             self.going.injector.Inject(self.diagram, self._context, step)
             self._notice(self._simulator.AdvanceTo(self._boundary(now + LOOK)))
-            lost = self.going.losses.agents if now > begin + LOST_LIMIT else frozenset()
+            lost = self._unheld(first) if now > begin + LOST_LIMIT else frozenset()
             if supervisor.is_quiet(self._own, lost):
                 return
+
+    def _unheld(self, first: Mapping[str, np.ndarray]) -> frozenset[str]:
+        """Who is out of service and does not come to rest, as velocities (n,) at the begin and now show."""
+        now = self.diagram.supervisor.measured(self._own).qd
+        lost = self.going.losses.agents
+        return frozenset(name for name in lost if 2.0 * np.abs(now[name]).max() > np.abs(first[name]).max())
 
     # What comes next.
 

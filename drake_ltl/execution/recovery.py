@@ -16,6 +16,7 @@ from pydrake.systems.framework import Context
 
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
 from drake_ltl.errors import InfeasibleError, SearchLimitError
+from drake_ltl.execution.adrift import adrift
 from drake_ltl.execution.joined import joined
 from drake_ltl.execution.leg import Leg
 from drake_ltl.execution.runner import Run, RunProgress
@@ -92,6 +93,8 @@ def _carry_out(going: UnderWay, leg: Leg) -> str:
             return ""
         if sum(bool(part.halted) for part in going.parts) > MOST_HALTS:
             return f"halted more than {MOST_HALTS} times"
+        if text := adrift(leg.bodies, going.losses):
+            return _stopped(going, text)
         program = leg.next_program()
         if program.actions:
             leg = Leg.of_program(going, program, leg)
@@ -100,11 +103,15 @@ def _carry_out(going: UnderWay, leg: Leg) -> str:
             now, seen = situation(leg.bodies, going.losses), whereabouts(going.scenario, going.parts)
             again = replan(going.scenario, going.models.geometry, going.fits, now, seen)
         except (InfeasibleError, SearchLimitError) as error:
-            text = " ".join(str(error).split())
-            _note(going, f"stopped: {text}")
-            return f"after {going.seen[-1]}; {going.losses}: {text}"
+            return _stopped(going, " ".join(str(error).split()))
         _note(going, "planned again")
         leg = Leg.of_mission(going, again, leg)
+
+
+def _stopped(going: UnderWay, why: str) -> str:
+    """What the run's end is put down to."""
+    _note(going, f"stopped: {why}")
+    return f"after {going.seen[-1]}; {going.losses}: {why}"
 
 
 def _note(going: UnderWay, how: str) -> None:

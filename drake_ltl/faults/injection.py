@@ -50,13 +50,12 @@ class Injector:
         elif fault.kind == "blocked_region":
             mission.doors.Close(mission.doors.GetMyMutableContextFromRoot(context), fault.who)
         elif fault.kind == "agent_stops" and fault.values["how"] != LIMP:
-            for index in parts.plant.GetJointIndices(parts.agents[fault.who]):
-                joint = parts.plant.get_joint(index)
-                if joint.num_velocities():  # Drake's Lock is faster, but with contact it can end the process (1.51)
-                    joint.SetDampingVector(plant_context, np.full(joint.num_velocities(), BRAKE))
+            _set_damping(mission, plant_context, fault.who, BRAKE)
         else:
             share = 0.0 if fault.kind == "agent_stops" else fault.values["factor"]
             mission.drives.SetShare(mission.drives.GetMyMutableContextFromRoot(context), fault.who, share)
+            if fault.values.get("friction"):
+                _set_damping(mission, plant_context, fault.who, fault.values["friction"])
         return True
 
     def _break_weld(self, mission: MissionDiagram, plant_context: Context, agent: str) -> bool:
@@ -73,6 +72,15 @@ def _is_due(fault: Fault, now: float, step: int) -> bool:
     if fault.step is not None:
         return step >= fault.step - 1
     return fault.time is None or now >= fault.time - 1e-9
+
+
+def _set_damping(mission: MissionDiagram, plant_context: Context, agent: str, damping: float) -> None:
+    """Of all joints [N s/m, N m s/rad]."""
+    parts = mission.transport_plant
+    for index in parts.plant.GetJointIndices(parts.agents[agent]):
+        joint = parts.plant.get_joint(index)
+        if joint.num_velocities():  # Drake's Lock is faster, but with contact it can end the process (1.51)
+            joint.SetDampingVector(plant_context, np.full(joint.num_velocities(), damping))
 
 
 def scale_mass(mission: MissionDiagram, plant_context: Context, obj: str, factor: float) -> None:

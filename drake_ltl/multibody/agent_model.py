@@ -231,6 +231,11 @@ class AgentModel:
         self.plant.SetPositions(self._context, q)
         return self._centre.CalcPoseInWorld(self._context).translation()
 
+    def mass_velocity(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        """Velocity (3,) [m/s] of its centre of mass in W."""
+        self.plant.SetPositionsAndVelocities(self._context, np.concatenate([q, qd]))
+        return self.plant.CalcCenterOfMassTranslationalVelocityInWorld(self._context)
+
     def centre_jacobian(self, q: np.ndarray) -> np.ndarray:
         """d c_i / d q (3, n) in W."""
         self.plant.SetPositions(self._context, q)

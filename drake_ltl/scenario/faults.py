@@ -78,8 +78,13 @@ MOST = 100
 """Entries of the block."""
 LARGEST_IMPULSE = 50.0
 """[N s]"""
+LARGEST_FRICTION = 1e4
+"""[N s/m, N m s/rad]"""
 KINDS: Mapping[str, Kind] = {
-    "agent_stops": Kind("agent", {"how": (read.one_of(LOCKED, LIMP), LOCKED)}),
+    "agent_stops": Kind(
+        "agent",
+        {"how": (read.one_of(LOCKED, LIMP), LOCKED), "friction": (_at_most_or_zero(LARGEST_FRICTION), 0.0)},
+    ),
     "torque_limits": Kind("agent", {"factor": (_share, None)}),
     "weld_breaks": Kind("agent", {}),
     "push": Kind("object", {"impulse": (_impulse, None)}),
@@ -96,8 +101,8 @@ KINDS: Mapping[str, Kind] = {
     ),
 }
 """Mass and inertia of an object are multiplied with `factor`, as are the torques that an agent's drives can give at
-most; nobody may enter a region that is blocked; noise is the standard deviation of what is measured [m, rad; m/s,
-rad/s], the delay how old it is [s]."""
+most; friction is what the joints of a limp agent brake with [N s/m, N m s/rad]; nobody may enter a region that is
+blocked; noise is the standard deviation of what is measured [m, rad; m/s, rad/s], the delay how old it is [s]."""
 
 
 def read_faults(
@@ -152,6 +157,8 @@ def _fault(entry: Table, members: Mapping[str, Sequence[str]]) -> Fault | None:
     values = {}
     for key, (reader, default) in kind.entries.items():
         values[key] = entry.take(key, reader) if default is None else entry.take(key, reader, default)
+    if values.get("friction") and values["how"] == LOCKED:
+        entry.note(entry.where("friction"), "is of no use where brakes are on", f"write `how: {LIMP}`, or leave it out")
     if name == "sensors" and None not in values.values() and not any(values.values()):
         entry.note(entry.path, "changes nothing", f"write one of {listing(kind.entries)}")
     entry.close()

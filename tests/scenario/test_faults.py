@@ -38,7 +38,7 @@ def test_every_kind_is_read():
         "{kind: sensors, delay: 0.01}",
     )
     assert {fault.kind for fault in found} == set(KINDS)
-    assert found[0] == Fault("agent_stops", "a1", time=3.0, values={"how": "locked"})
+    assert found[0] == Fault("agent_stops", "a1", time=3.0, values={"how": "locked", "friction": 0.0})
     assert found[1] == Fault("torque_limits", "a2", step=2, values={"factor": 0.5})
     assert found[3].values == {"impulse": (1.0, -2.0)}
     assert found[4].from_the_start
@@ -59,6 +59,7 @@ def test_every_kind_is_read():
         ("{kind: agent_stops, agent: a1, time: -1}", "faults[0].time", "is not zero or a positive number"),
         ("{kind: agent_stops, agent: a1, step: 0}", "faults[0].step", "is not a whole number of at least 1"),
         ("{kind: agent_stops, agent: a1, time: 1, how: wild}", "faults[0].how", "write one of locked, limp"),
+        ("{kind: agent_stops, agent: a1, time: 1, friction: 3}", "faults[0].friction", "is of no use where brakes"),
         ("{kind: torque_limits, agent: a1, time: 1, factor: 1.5}", "faults[0].factor", "is too large"),
         ("{kind: push, object: o1, time: 1, impulse: [0, 0]}", "faults[0].impulse", "is no push"),
         ("{kind: push, object: o1, time: 1, impulse: [1e6, 0]}", "faults[0].impulse", "is no push"),
