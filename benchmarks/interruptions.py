@@ -34,13 +34,17 @@ from drake_ltl.execution.recording import Recording
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = {
     "plan": ["plan", "small.yaml", "--json", "plan.json"],
+    "plan, in CP-SAT": ["plan", "gathering", "--method", "bounded", "--time-limit", "4", "--json", "plan.json"],
     "simulate": ["simulate", "small.yaml", "--recording", "run.npz", "--json", "verdict.json"],
     "verify": ["verify", "sound.npz", "--json", "verdict.json"],
+    "view": ["view", "sound.npz", "--record", "page.html", "--report", "report"],
     "sweep": ["sweep", "small.yaml", "--runs", "2", "--jobs", "1", "--output", "sweep"],
 }
 INTERRUPTED = 130
 GONE = -int(signal.SIGINT)
 """Ended by the signal itself, before Python had begun to listen."""
+ENDS = {".html": b"</html>", ".png": b"IEND\xaeB`\x82", ".svg": b"</svg>"}
+"""Last bytes of files that are whole."""
 PATIENCE = 300.0
 """Only a command that hangs takes so long [s]."""
 
@@ -60,9 +64,11 @@ def main() -> None:
         result = {
             "seed": args.seed,
             "interrupted": tried(
-                undisturbed, [names[k % 4] for k in range(args.interruptions)], interrupted, args.seed
+                undisturbed, [names[k % len(names)] for k in range(args.interruptions)], interrupted, args.seed
             ),
-            "full_disk": tried(undisturbed, [names[k % 4] for k in range(args.full_disks)], full_disk, args.seed),
+            "full_disk": tried(
+                undisturbed, [names[k % len(names)] for k in range(args.full_disks)], full_disk, args.seed
+            ),
         }
     interruptions = sum(statuses[str(INTERRUPTED)] for statuses in result["interrupted"]["statuses"].values())
     if args.interruptions and not interruptions:
@@ -108,7 +114,7 @@ class Undisturbed:
             self.seconds[name] = time.perf_counter() - began
             if status != 0:
                 sys.exit(f"{name} ends with {status} when nothing happens: {err}")
-        self.files |= {"plan.json", "verdict.json", "run.npz", "sweep"}
+        self.files |= {"plan.json", "verdict.json", "run.npz", "sweep", "page.html", "report"}
 
     def prepare(self, folder: Path) -> None:
         """A folder with the inputs, and a recording of an earlier run."""
@@ -176,6 +182,9 @@ def _damage(name: str, folder: Path, undisturbed: Undisturbed, status: int) -> I
         try:
             json.loads(path.read_text(encoding="utf-8"))
         except ValueError:
+            yield f"{path.name} is cut off"
+    for path in (*folder.rglob("*.html"), *folder.rglob("*.png"), *folder.rglob("*.svg")):
+        if not path.read_bytes().rstrip().endswith(ENDS[path.suffix]):
             yield f"{path.name} is cut off"
     try:
         Recording.load(folder / "run.npz")  # the new one, if only of a part, or the one that was there
