@@ -18,6 +18,7 @@ import json
 import os
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +31,14 @@ from drake_ltl.errors import InfeasibleError, InvalidInputError, SearchLimitErro
 from drake_ltl.multibody import MeasuredModels
 from drake_ltl.scenario import Scenario, load, loads
 from drake_ltl.sweep.collect import collect
+from drake_ltl.sweep.drawing import draw, drawn_scenario
 from drake_ltl.sweep.journal import versions
 from drake_ltl.sweep.one_run import carry_out
 from drake_ltl.sweep.outcome import SATISFIED, Outcome, outcome_to_json
 from drake_ltl.sweep.processes import SteadyProcesses
 from drake_ltl.sweep.sweep import Sweep
+from drake_ltl.systems.preflight import check_fields
+from drake_ltl.systems.program import mission_program
 
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "many_runs.jsonl"
@@ -150,6 +154,14 @@ def planned(scenario: Scenario, seed: int) -> Sweep:
     return Sweep(scenario=scenario, geometry=models.geometry, plan=plan, seed=seed)
 
 
+def check_start(sweep: Sweep, number: int) -> None:
+    """Raises InvalidInputError where `simulate` would refuse what is drawn for a run."""
+    scenario = drawn_scenario(sweep.scenario, draw(sweep, number))
+    models = models_of(scenario)
+    with suppress(InfeasibleError, SearchLimitError):  # an outcome of the run
+        check_fields(mission_program(mission.plan_and_place(scenario, models), models, scenario), scenario, models)
+
+
 def random_sweep(seed: int, number: int) -> tuple[Sweep, tuple, list[str]]:
     """The first drawn mission that has a plan in which something happens, and that is not too long."""
     refused: list[str] = []
@@ -157,6 +169,7 @@ def random_sweep(seed: int, number: int) -> tuple[Sweep, tuple, list[str]]:
         try:
             drawn = random_missions.draw(f"{seed} {number} {len(refused)}")
             sweep = planned(loads(drawn.text, source_name="random"), seed)
+            check_start(sweep, number)
         except (CrowdedError, InvalidInputError, InfeasibleError, SearchLimitError) as error:
             refused.append(type(error).__name__)
             continue

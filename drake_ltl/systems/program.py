@@ -15,6 +15,9 @@ from drake_ltl.scenario.model import Scenario
 
 SAME_PLACE = 0.06
 """An agent that stands this close to its stand-off [m] approaches from where it is (twice the goal tolerance)."""
+PRESSED = 0.008
+"""A load's goal lies this deep in the floor [m]: one that is a little lighter than its team knows would else end in the
+air, and drop when it is let go."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +164,7 @@ class _Compiler:
         shares = np.zeros(len(self.power))
         members = [list(self.power).index(name) for name in action.agents]
         shares[members] = load_shares([self.power[name] for name in action.agents])
-        p_goal = np.asarray(step.after.objects[action.object])
+        p_goal = np.asarray(step.after.objects[action.object]) - (0.0, 0.0, PRESSED)
         orientation = self._orientation(action.object, step.after)
         return TransportTask(action.object, action.agents, shares, action.start, action.goal, p_goal, orientation)
 

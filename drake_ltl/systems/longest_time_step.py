@@ -1,0 +1,120 @@
+"""How long a plant's time step may be for movers that start close to what drives them off.
+
+A controller's torque is held for a time step. Near q_0 its law is -K (q - q_0) - D qd, K being the Hessian of k Phi,
+and the plant's step takes velocities by it, then positions by these: M (v' - v) = -dt (K q + D v), q' = q + dt v'. A
+motion that changes its sign at every step, v' = -v, is one of this map where
+
+    det(4 M - 2 dt D - dt^2 K) = 0,
+
+and for every longer step it grows: movers swing up, and V with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.linalg import block_diag, eigvals
+
+from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.navigation import StepRelations
+from drake_ltl.scenario.model import ControllerSettings
+from drake_ltl.systems.field_value import evaluate_field
+from drake_ltl.systems.program import StepProgram
+from drake_ltl.systems.step_field import Snapshot, StepField
+
+NEAR = 0.1
+"""Of movers that are farther from everything K is left out [m]: barriers are steep where they are close."""
+STEP = 1e-5
+"""Of the differences that K is formed of [m, rad]."""
+
+
+def longest_time_step(
+    field: StepField, snapshot: Snapshot, settings: ControllerSettings, models: MeasuredModels
+) -> float:
+    """The time step [s] beyond which travellers with arms swing up at the start of a step; inf if none travels.
+
+    Args:
+        field: of the step, for the bodies as they stand in `snapshot`.
+    """
+    names = [task.agent for task in field.travels if models.agents[task.agent].has_arm]
+    if not names:
+        return np.inf
+    agents, q = [models.agents[name] for name in names], [snapshot.q[name] for name in names]
+    M = block_diag(*[model.inertia(at) for model, at in zip(agents, q, strict=True)])
+    D = np.diag(np.concatenate([model.damping(settings.base_damping, settings.arm_damping) for model in agents]))
+    K = _stiffness(field, snapshot, settings.force, models, names)
+    n = len(M)  # s^2 4 M - 2 s D - K, s = 1 / dt, as one matrix of twice the size
+    companion = np.block([[np.zeros((n, n)), np.eye(n)], [np.linalg.solve(4.0 * M, K), np.linalg.solve(2.0 * M, D)]])
+    roots = eigvals(companion)
+    real = roots.real[np.abs(roots.imag) <= 1e-6 * np.abs(roots)]
+    return float(1.0 / real.max(initial=1e-9))
+
+
+def nearest(relations: StepRelations) -> tuple[float, str]:
+    """By how much the movers are clear of what they are closest to at the start [m], and what that is."""
+    return min(_slacks(relations), key=lambda slack: slack[0])[:2]
+
+
+def reaches_at_begin(step: StepProgram, snapshot: Snapshot) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
+    """Both ends of the ways of those who grasp or release as the step begins, for `FieldBuilder.field`."""
+    moves = {task.weld.agent: task.q_OE[:2] + snapshot.p_WO[task.weld.object][:2] for task in step.grasps}
+    moves |= {task.weld.agent: snapshot.q[task.weld.agent][:2] + task.retreat for task in step.releases}
+    return {name: (snapshot.q[name], np.append(base, snapshot.q[name][2:])) for name, base in moves.items()}
+
+
+def _slacks(relations: StepRelations) -> list[tuple[float, str, tuple[int, ...]]]:
+    p, found = relations.start, []
+    for pair in relations.relations.apart:
+        gap = float(np.linalg.norm(p[pair.a] - p[pair.b])) - pair.radius
+        found.append((gap, str(pair.label), (pair.a, pair.b)))
+    for ball in relations.relations.inside:
+        gap = ball.radius - float(np.linalg.norm(p[ball.a] - np.array(ball.centre)))
+        found.append((gap, str(ball.label), (ball.a,)))
+    return found
+
+
+def _stiffness(
+    field: StepField, snapshot: Snapshot, force: float, models: MeasuredModels, names: list[str]
+) -> np.ndarray:
+    """K (n, n) of the joints of these travellers, 0 for those that are near nothing."""
+    close = {index for gap, _, points in _slacks(field.relations) if gap < NEAR for index in points}
+    sizes = [models.agents[name].n for name in names]
+    rows = dict(zip(names, np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1]), strict=True))
+    movers = field.relations.movers
+    near = [rows[name] for name in names if movers.index(name) in close]
+    K = np.zeros((sum(sizes), sum(sizes)))
+    if not near:
+        return K
+    chosen = np.concatenate(near)
+
+    def gradient(joint: int, away: float) -> np.ndarray:
+        world = _Still(snapshot, models, field)
+        (name,) = (name for name in names if joint in rows[name])
+        world.configurations[name] = snapshot.q[name] + away * (rows[name] == joint)
+        value = evaluate_field(field, force, models.agents, world)
+        return np.concatenate([value.agents[name] for name in names])[chosen]
+
+    columns = [(gradient(joint, STEP) - gradient(joint, -STEP)) / (2.0 * STEP) for joint in chosen]
+    K[np.ix_(chosen, chosen)] = 0.5 * (np.array(columns) + np.array(columns).T)
+    return K
+
+
+class _Still:
+    """Kinematics of agents that stand as they are told, and of loads that are turned as they are to arrive."""
+
+    def __init__(self, snapshot: Snapshot, models: MeasuredModels, field: StepField):
+        self._models, self.configurations = models, dict(snapshot.q)
+        self._loads = {
+            task.object: np.concatenate([task.orientation_goal, snapshot.p_WO[task.object]])
+            for task in field.transports
+        }
+
+    def q(self, name: str) -> np.ndarray:
+        return self._loads[name] if name in self._loads else self.configurations[name]
+
+    def centre(self, agent: str) -> np.ndarray:
+        return self._models.agents[agent].centre(self.configurations[agent])
+
+    def centre_jacobian(self, agent: str) -> np.ndarray:
+        return self._models.agents[agent].centre_jacobian(self.configurations[agent])

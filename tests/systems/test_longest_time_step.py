@@ -1,0 +1,127 @@
+"""Time steps that swing movers up where they start: against the discrete motion itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drake_ltl.errors import InvalidInputError
+from drake_ltl.mission import measure, plan_and_place
+from drake_ltl.scenario import loads
+from drake_ltl.systems.legs import Moving
+from drake_ltl.systems.longest_time_step import NEAR, longest_time_step, nearest, reaches_at_begin
+from drake_ltl.systems.preflight import check_fields, snapshot
+from drake_ltl.systems.program import mission_program
+from drake_ltl.systems.step_field import FieldBuilder
+
+TEXT = """
+name: border
+workspace: {radius: 20.0}
+regions:
+  home: {centre: [0, 0, 0], radius: 4.0}
+  away: {centre: [10, 0, 0], radius: 4.0}
+agents:
+  a1: {model: package://drake_ltl_models/agents/planar_arm.urdf, position: [0.0, 2.5982], joints: [0.0, 0.0], power: 1}
+objects:
+  o1: {model: package://drake_ltl_models/objects/crate.sdf, position: [0.0, 0.2], power_needed: 1, spec: F away}
+"""
+"""a1 stands 3 mm inside home, in which it must stay while it drives to where it grasps from."""
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return loads(TEXT)
+
+
+@pytest.fixture(scope="module")
+def border(scenario):
+    """Models and program."""
+    models = measure(scenario)
+    return models, mission_program(plan_and_place(scenario, models), models, scenario)
+
+
+def begin(scenario, models, program):
+    """What the first step begins with."""
+    here = snapshot(program.mission.steps[0].before, models)
+    step = program.steps[0]
+    moving = Moving(step.travels, step.transports)
+    return here, FieldBuilder(scenario, models).field(moving, here, reaches_at_begin(step, here))
+
+
+def test_a_step_that_is_longer_swings_up(scenario, border):
+    """k Phi is differenced twice; the map of one time step has an eigenvalue below -1 for longer ones alone."""
+    models, program = border
+    here, field = begin(scenario, models, program)
+    longest = longest_time_step(field, here, scenario.controller, models)
+    assert 1e-4 < longest < 5e-3
+    model, q_0, (task,) = models.agents["a1"], here.q["a1"], field.travels
+
+    def potential(q: np.ndarray) -> float:
+        p = field.relations.at(model.centre(q)[None])
+        gamma = model.gamma(q, task.q_goal)
+        return scenario.controller.force * field.function.shaping.value(np.log(gamma) - log_barrier(p))
+
+    def log_barrier(p: np.ndarray) -> float:
+        function = field.function
+        return float(function.log_G(p) - function.log_G_goal) / function.kappa
+
+    n, h = model.n, 1e-4
+    e = h * np.eye(n)
+    K = np.array(
+        [
+            [
+                potential(q_0 + a + b) - potential(q_0 + a - b) - potential(q_0 - a + b) + potential(q_0 - a - b)
+                for b in e
+            ]
+            for a in e
+        ]
+    ) / (4.0 * h * h)
+    D = np.diag(model.damping(scenario.controller.base_damping, scenario.controller.arm_damping))
+    M_inv = np.linalg.inv(model.inertia(q_0))
+
+    def alternation(dt: float) -> float:
+        """The eigenvalue that is farthest below zero."""
+        v = np.hstack([-dt * M_inv @ K, np.eye(n) - dt * M_inv @ D])  # of (q, v)
+        return np.linalg.eigvals(np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + dt * v, v])).real.min()
+
+    assert alternation(0.9 * longest) > -1.0  # K by differences of 0.1 mm at 3 mm is good for some per cent
+    assert alternation(1.1 * longest) < -1.0
+
+
+def test_a_start_too_close_for_the_time_step_is_refused_with_what_would_do(scenario, border):
+    models, program = border
+    _, field = begin(scenario, models, program)
+    gap, what = nearest(field.relations)
+    assert what.startswith("a1 and home")
+    assert gap == pytest.approx(0.003, abs=1e-3)
+    coarse = replace(scenario, simulation=replace(scenario.simulation, time_step=0.01))
+    with pytest.raises(InvalidInputError) as caught:
+        check_fields(program, coarse, models)
+    (mistake,) = caught.value.mistakes
+    assert mistake.where == "simulation.time_step"
+    assert "step 1, in which between a1 and home" in mistake.what
+    least = float(mistake.remedy.split()[3])
+    fine = replace(scenario, simulation=replace(scenario.simulation, time_step=least))
+    check_fields(program, fine, models)
+
+
+def test_far_from_everything_damping_alone_counts(program, case_ii, models):
+    """The lightest motion of an arm is damped at some 67 / s: steps of 2 / 67 s and more swing it up."""
+    seen = 0
+    for step, placed in zip(program.steps, program.mission.steps, strict=True):
+        here = snapshot(placed.before, models)
+        moving = Moving(step.travels, step.transports)
+        field = FieldBuilder(case_ii, models).field(moving, here, reaches_at_begin(step, here))
+        if not step.travels or nearest(field.relations)[0] < NEAR:
+            continue
+        agents = [(models.agents[task.agent], here.q[task.agent]) for task in step.travels]
+        K = [np.diag(model.damping(18.0, 1.8)) for model, _ in agents]
+        rates = [
+            np.linalg.eigvals(np.linalg.solve(model.inertia(q), k)) for (model, q), k in zip(agents, K, strict=True)
+        ]
+        settings = replace(case_ii.controller, base_damping=18.0, arm_damping=1.8)
+        assert longest_time_step(field, here, settings, models) == pytest.approx(2.0 / np.max(rates), rel=1e-6)
+        seen += 1
+    assert seen
