@@ -75,12 +75,11 @@ def _is_due(fault: Fault, now: float, step: int) -> bool:
 
 
 def _set_damping(mission: MissionDiagram, plant_context: Context, agent: str, damping: float) -> None:
-    """Of all joints [N s/m, N m s/rad]."""
+    """Of all joints that have a drive [N s/m, N m s/rad]: of an arm and its base all, of a wheeled base the wheels."""
     parts = mission.transport_plant
-    for index in parts.plant.GetJointIndices(parts.agents[agent]):
-        joint = parts.plant.get_joint(index)
-        if joint.num_velocities():  # Drake's Lock is faster, but with contact it can end the process (1.51)
-            joint.SetDampingVector(plant_context, np.full(joint.num_velocities(), damping))
+    for index in parts.plant.GetJointActuatorIndices(parts.agents[agent]):
+        joint = parts.plant.get_joint_actuator(index).joint()
+        joint.SetDampingVector(plant_context, [damping])  # Lock, with contact, can end the process (Drake 1.51)
 
 
 def scale_mass(mission: MissionDiagram, plant_context: Context, obj: str, factor: float) -> None:

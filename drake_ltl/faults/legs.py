@@ -150,7 +150,8 @@ def gathering(outside: Mapping[str, tuple[str, str]], losses: Losses, bodies: Bo
         goal, p_WC = place
         start = ends[0] if goal == ends[1] else ends[1]
         stand = Stand(tuple(map(float, p_WC)), bodies.posture(agent))
-        travels.append(TravelTask(agent, start, goal, start_configuration(stand, agent, bodies.models)))
+        q_goal = bodies.models.agents[agent].arriving(start_configuration(stand, agent, bodies.models), goal)
+        travels.append(TravelTask(agent, start, goal, q_goal))
         taken.append((p_WC, bodies.radius(agent)))
     return _program(tuple(travels), ())
 

@@ -167,6 +167,16 @@ class DriveAgent(AgentModel):
         gamma, _, _ = _dipole(q_goal).at(float(q[0]), float(q[1]))
         return self._damping * (1.0 + (NEAR_DAMPING - 1.0) / (1.0 + gamma / NEAR**2))
 
+    def unexplained(self, q: np.ndarray, qdd: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """What (U1) leaves unexplained (8,), with the wheels' torques in `torque` (8,): m dv/dt - F [N] at x and
+        I domega/dt - tau [N m] at yaw."""
+        drive, (left, right) = self.drive, torque[[*self.wheels]]
+        residual = np.zeros(self.n)
+        along = math.cos(q[YAW]) * qdd[0] + math.sin(q[YAW]) * qdd[1]  # dv/dt, as it moves along its heading alone
+        residual[0] = drive.mass * along - (left + right) / drive.wheel_radius
+        residual[YAW] = drive.inertia * qdd[YAW] - (right - left) * drive.half_track / drive.wheel_radius
+        return residual
+
     def energy(self, q: np.ndarray, qd: np.ndarray) -> float:
         """`mass_in_V` v^2 / 2 [J]; turning has no part in V."""
         v = math.cos(q[YAW]) * qd[0] + math.sin(q[YAW]) * qd[1]

@@ -114,16 +114,17 @@ def read_faults(
     members = {"agent": _usable(agents), "object": _usable(objects), "region": _usable(regions)}
     faults = [_fault(Table(entry, f"faults[{i}]", top.mistakes), members) for i, entry in enumerate(entries)]
     found = tuple(fault for fault in faults if fault is not None)
+    without_arm = {agent.name for agent in agents if not agent.has_arm}
     if sum(fault.kind == "sensors" for fault in found) > 1:
         top.note("faults", "`sensors` stands twice", "write all that is wrong with measurements in one entry")
     turned = [obj.name for obj in objects if obj.headings and obj.is_turned]
     if found and turned:
         what = f"a mission with faults cannot turn objects, and {turned[0]} has `headings`"
         top.note("faults", what, "leave out one of the two")
-    drives = [agent.name for agent in agents if not agent.has_arm]
-    if found and drives:
-        what = f"a mission with faults cannot have differential drives, and {drives[0]} is one"
-        top.note("faults", what, "leave out one of the two")
+    for i, fault in enumerate(faults):
+        if fault is not None and fault.kind == "weld_breaks" and fault.who in without_arm:
+            what = f"{fault.who} is a differential drive, and holds nothing that could come loose"
+            top.note(f"faults[{i}].agent", what, "name an agent with an arm")
     return found
 
 

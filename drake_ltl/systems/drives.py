@@ -29,7 +29,8 @@ class Drives(LeafSystem):
         super().__init__()
         self.set_name("drives")
         self._names = list(effort_limits)
-        self._limits = np.concatenate(list(effort_limits.values()))
+        limits = np.concatenate(list(effort_limits.values()))
+        self._limits = np.minimum(limits, np.finfo(float).max)  # inf times a share of 0 would be no number
         self._rows = np.repeat(np.arange(len(self._names)), [len(limits) for limits in effort_limits.values()])
         n = len(self._limits)
         self._shares = self.DeclareNumericParameter(BasicVector(np.ones(len(self._names))))

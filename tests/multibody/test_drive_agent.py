@@ -58,6 +58,22 @@ def test_its_inertia_is_the_reduced_one_when_it_rolls(drive, q):
 
 
 @settings(max_examples=20)
+@given(q=ROWS, rates=ROWS)
+def test_what_its_wheels_leave_unexplained_is_what_acts_along_rolling_motions(drive, q, rates):
+    """By the inverse dynamics of the whole body, of which the floor's forces do no work while it rolls."""
+    q, (v, omega, *qdd), torque = np.array([*q[:3], 0.0, 0.0, 0.0, *q[6:]]), rates[:4], np.r_[np.zeros(6), rates[6:]]
+    r, b, c, s = drive.drive.wheel_radius, drive.drive.half_track, np.cos(q[YAW]), np.sin(q[YAW])
+    S = np.zeros((8, 2))
+    S[[0, 1, 6, 7], 0] = c, s, 1.0 / r, 1.0 / r
+    S[[2, 6, 7], 1] = 1.0, -b / r, b / r
+    qdd = S @ qdd + v * omega * np.array([-s, c, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    crew = CrewModel([agent()])
+    crew.set_state(q, S @ [v, omega])
+    expected = S.T @ (crew.inverse_dynamics(qdd) - torque)
+    np.testing.assert_allclose(drive.unexplained(q, qdd, torque)[[0, YAW]], expected, atol=1e-9)
+
+
+@settings(max_examples=20)
 @given(q=ROWS, qd=ROWS)
 def test_V_knows_of_its_motion_along_its_heading_alone(drive, q, qd):
     v = qd[:2] @ [np.cos(q[YAW]), np.sin(q[YAW])]

@@ -63,10 +63,10 @@ def test_power_may_be_written_where_it_is_none():
             "geometric",
         ),
         (
-            text() + "faults: [{kind: agent_stops, agent: a1, time: 2.0}]\n",
-            "faults",
-            "cannot have differential drives, and a1 is one",
-            "leave out one",
+            text() + "faults: [{kind: weld_breaks, agent: a1, time: 2.0}]\n",
+            "faults[0].agent",
+            "a1 is a differential drive, and holds nothing",
+            "an agent with an arm",
         ),
     ],
 )

@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context, InputPort
 
 from drake_ltl.faults.losses import MOTION
 from drake_ltl.monitoring.violation import Violation
+from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
@@ -30,7 +31,9 @@ STOP = 0.2
 STANDSTILL = 1e-5
 """No joint of an agent that carries is ever slower than this [m/s, rad/s] unless it is held fast ..."""
 STANDSTILL_TIME = 0.1
-"""... for so long [s]."""
+"""... for so long [s] ..."""
+STANDSTILL_FORCE = 0.1
+"""... while its base is driven by more than this [N]: a team that has arrived before others rests as well."""
 
 
 @dataclass
@@ -49,8 +52,9 @@ class MotionMonitor(FaultMonitor):
     """Agents that do not move as their torques should move them. Also takes `torque`.
 
     The residual is B qdd + N qd + g - tau, with qdd from two measurements: what acts on the joints besides drives. Of
-    agents that hold an object, whose load is not known, it is not formed; they are watched for joints that stand
-    still while they should carry.
+    a differential drive, which stands on the floor, it is that of (U1), at its joints x and yaw. Of agents that hold
+    an object, whose load is not known, it is not formed; they are watched for joints that stand still while they
+    should carry.
     """
 
     def __init__(self, places: StatePlaces, scenario: Scenario, models: MeasuredModels, **rest):
@@ -62,8 +66,9 @@ class MotionMonitor(FaultMonitor):
             for model in models.agents.values()
         ]
         self._lower, self._upper = (np.concatenate(ends) for ends in zip(*ranges, strict=True))
-        bases = [np.arange(n) < 2 for n in places.sizes]
+        bases = [np.arange(n) < NUM_BASE_JOINTS for n in places.sizes]
         self._least = np.where(np.concatenate(bases), LEAST_RESIDUAL, LEAST_ARM_RESIDUAL)
+        self._wheeled = {name: model for name, model in models.agents.items() if not model.has_arm}
         self._torque = self.DeclareVectorInputPort("torque", len(self._limits))
 
     def get_torque_input_port(self) -> InputPort:
@@ -99,15 +104,20 @@ class MotionMonitor(FaultMonitor):
                     unit="",
                 )
             fastest = float(np.abs(x[self._places.qd][rows]).max())
-            stands = told.mode >= Mode.TRANSPORT and fastest < STANDSTILL
+            driven = float(np.hypot(*torque[rows][:NUM_BASE_JOINTS])) > STANDSTILL_FORCE
+            stands = told.mode >= Mode.TRANSPORT and driven and fastest < STANDSTILL
             if before.still.lasts(name, stands, context.get_time()) >= STANDSTILL_TIME:
                 what = f"{name} stands still though it should carry: its fastest joint (m/s or rad/s)"
                 yield self._says(context, progress, (name,), what, value=fastest, limit=STANDSTILL, unit="")
 
     def _smoothed(self, before: _Residual, x: np.ndarray, held: set[str]) -> np.ndarray:
         q, qd = before.x[self._places.q], before.x[self._places.qd]
+        qdd = (x[self._places.qd] - qd) / self._dt
         self._crew.set_state(q, qd)
-        residual = self._crew.inverse_dynamics((x[self._places.qd] - qd) / self._dt) - before.torque
+        residual = self._crew.inverse_dynamics(qdd) - before.torque
+        for name, model in self._wheeled.items():
+            rows = self._crew.rows[name]
+            residual[rows] = model.unexplained(q[rows], qdd[rows], before.torque[rows])
         smooth = before.smooth + self._dt / SMOOTHING * (residual - before.smooth)
         smooth[(q < self._lower + STOP) | (q > self._upper - STOP)] = 0.0
         for name in held:
