@@ -72,6 +72,11 @@ CASES = (
     Case("spare_hand", "{kind: blocked_region, region: yard, time: 14.0}", "the same; the crate has to come there"),
     Case("fleet", "{kind: agent_stops, agent: a2, time: 3.0}", "a2, a differential drive, stops on its way, brakes on"),
     Case("fleet", "{kind: agent_stops, agent: a2, time: 3.0, how: limp}", "the same, no torque, no brakes"),
+    Case(
+        "fleet",
+        "{kind: agent_stops, agent: a2, time: 3.0, how: limp, friction: 0.1}",
+        "the same, wheels that turn with a friction of 0.1 N m s",
+    ),
     Case("fleet", "{kind: torque_limits, agent: a2, time: 2.0, factor: 0.1}", "a2 has 10 % of its torque"),
     Case("fleet", "{kind: blocked_region, region: shop, time: 6.0}", "the shop is blocked, a2 is on its way there"),
     Case(
