@@ -1,7 +1,7 @@
 """Makes the pictures of the documentation from a recording: python docs/images/make.py out/recording.npz
 
 case_ii.png shows a team on its way, rendered by Drake; case_ii_steps.png is the overview of all steps; field.png is a
-navigation function, differential_drive.png and courier.png are of examples: these need no recording (see there).
+navigation function, crossing.png and courier.png are of examples: these need no recording (see there).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 import courier
-import differential_drive
+import crossing
 import field
 import matplotlib.image
 import numpy as np
@@ -47,7 +47,7 @@ HERE = Path(__file__).parent
 def main(path: str) -> None:
     """Writes the pictures next to this script."""
     field.main()
-    differential_drive.main()
+    crossing.main()
     courier.main()
     recording = Recording.load(path)
     carrying = np.flatnonzero((recording.mode >= 3).sum(axis=1) >= 2)

@@ -1,15 +1,13 @@
-"""One differential drive alone: its wheels, its reduced inertia, and what its plant's state means in the plane."""
+"""One differential drive alone: its wheels, its reduced inertia and its tyres."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import RevoluteJoint
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_ltl.errors import InvalidInputError, Mistake
@@ -21,32 +19,6 @@ DIFFERENTIAL_DRIVE = "package://drake_ltl_models/bases/differential_drive.urdf"
 """The one that is shipped."""
 TOLERANCE = 1e-3
 """Of the symmetry that the control law counts on [m]."""
-
-
-@dataclass(frozen=True)
-class PlanarState:
-    """What the control law sees of a differential drive."""
-
-    p: np.ndarray
-    """(2,) [m], the middle of the axle in W."""
-    theta: float
-    """Heading [rad], in (-pi, pi]."""
-    v: float
-    """Speed along the heading [m/s]."""
-    omega: float
-    """[rad/s]"""
-    wheels: np.ndarray
-    """(2,) rates of the left and the right wheel over the floor, about the axle [rad/s]."""
-    aside: float
-    """Speed across the heading, to the left [m/s]: none if the tyres do not slip."""
-
-
-def AddDifferentialDrive(plant: MultibodyPlant, name: str, model: str = DIFFERENTIAL_DRIVE) -> ModelInstanceIndex:
-    """Adds the URDF at the URI or path `model` as model instance `name`, free to move.
-
-    Raises InvalidInputError if there is no such file, or it does not parse.
-    """
-    return parse_model(plant, f"{name}.model", _file(name, model), name)
 
 
 class DifferentialDriveModel:
@@ -62,7 +34,7 @@ class DifferentialDriveModel:
         builder = DiagramBuilder()
         plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
         self.name, self.model = name, model
-        self._instance = AddDifferentialDrive(plant, name, model)
+        self._instance = parse_model(plant, f"{name}.model", _file(name, model), name)
         plant.Finalize()
         self._diagram, self._plant = builder.Build(), plant  # the diagram owns the plant
         self._context = plant.CreateDefaultContext()
@@ -72,21 +44,12 @@ class DifferentialDriveModel:
         for body in plant.GetFloatingBaseBodies():
             plant.SetFreeBodyPose(self._context, plant.get_body(body), RigidTransform())
         X_WL, X_WR = (joint.frame_on_parent().CalcPoseInWorld(self._context) for joint in (left, right))
-        self._base = base
-        self._starts = (
-            base.floating_positions_start(),
-            base.floating_velocities_start_in_v(),
-            left.velocity_start(),
-            right.velocity_start(),
-        )
-        self.num_positions: int = plant.num_positions()
-        self.num_states: int = plant.num_multibody_states()
+        self._starts = (base.floating_velocities_start_in_v(), left.velocity_start(), right.velocity_start())
         self.wheel_radius: float = float(X_WL.translation()[2])
         """[m]"""
         self.half_track: float = float(X_WL.translation()[1])
         """Half the distance of the wheels [m]."""
         actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
-        self._order = [WHEELS.index(actuator.joint().name()) for actuator in actuators]
         self.effort: float = min(actuator.effort_limit() for actuator in actuators)
         """Largest torque of a wheel [N m]; Drake's plant applies no more."""
         bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self._instance)]
@@ -104,7 +67,7 @@ class DifferentialDriveModel:
         """Of the smallest sphere about `bounding_centre` that covers it [m]."""
         self._require_symmetry(X_WL, X_WR, left, right, centre, float((balls[:, 2] - balls[:, 3]).min()))
         self.mass, self.inertia = self._reduced_inertia()
-        self.weight: float = -plant.CalcGravityGeneralizedForces(self._context)[self._starts[1] + 5]
+        self.weight: float = -plant.CalcGravityGeneralizedForces(self._context)[self._starts[0] + 5]
         """[N]"""
         tyres = [g for wheel in (left, right) for g in plant.GetCollisionGeometriesForBody(wheel.child_body())]
         materials = map(scene_graph.model_inspector().GetProximityProperties, tyres)
@@ -113,42 +76,9 @@ class DifferentialDriveModel:
         )
         """Static coefficient of the wheels."""
 
-    def planar_state(self, x: np.ndarray) -> PlanarState:
-        """Of the model instance's state (q, v) (num_states,)."""
-        q_start, v_start, left, right = self._starts
-        numbers = x.tolist()  # single ones are faster than arrays of two
-        rates = numbers[self.num_positions :]
-        w, a, b, c, p_x, p_y = numbers[q_start : q_start + 6]
-        theta = math.atan2(2.0 * (a * b + w * c), w * w + a * a - b * b - c * c)
-        # From the base's origin to the middle of the axle, along z of the base, which pitches a little.
-        r = 2.0 * self.wheel_radius
-        r_x, r_y, r_z = r * (a * c + w * b), r * (b * c - w * a), r * (0.5 - a * a - b * b)
-        w_x, w_y, w_z, v_x, v_y = rates[v_start : v_start + 5]
-        v_x, v_y = v_x + w_y * r_z - w_z * r_y, v_y + w_z * r_x - w_x * r_z
-        cos, sin = math.cos(theta), math.sin(theta)
-        pitching = cos * w_y - sin * w_x
-        return PlanarState(
-            p=np.array([p_x + r_x, p_y + r_y]),
-            theta=theta,
-            v=cos * v_x + sin * v_y,
-            omega=w_z,
-            wheels=np.array([rates[left] + pitching, rates[right] + pitching]),
-            aside=cos * v_y - sin * v_x,
-        )
-
-    def positions(self, x: float, y: float, theta: float, z: float = 0.0) -> np.ndarray:
-        """q (num_positions,) at a pose in the plane [m, m, rad], upright, on a floor at height z [m]."""
-        pose = RigidTransform(RollPitchYaw(0.0, 0.0, theta), [x, y, z])
-        self._plant.SetFreeBodyPose(self._context, self._base, pose)
-        return self._plant.GetPositions(self._context).copy()
-
-    def actuation(self, left: float, right: float) -> np.ndarray:
-        """Torques (2,) [N m] of the wheels in the order of the file's actuators."""
-        return np.array([left, right])[self._order]
-
     def _reduced_inertia(self) -> tuple[float, float]:
         """m and I of (U1): S^T M S for the rolling motions v and omega, wheels and their motors' rotors included."""
-        _, start, left, right = self._starts
+        start, left, right = self._starts
         S = np.zeros((self._plant.num_velocities(), 2))
         r, b = self.wheel_radius, self.half_track
         S[start + 3, 0], S[left, 0], S[right, 0] = 1.0, 1.0 / r, 1.0 / r

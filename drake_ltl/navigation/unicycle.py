@@ -61,9 +61,6 @@ class UnicycleGains:
             raise InvalidInputError(mistakes)
 
 
-DEFAULT_GAINS = UnicycleGains()
-
-
 def drive_force(theta: Array, v: Array, f: Array, damping: Array | float) -> Array:
     """(U2): F (...) [N] along the heading, from f (..., 2) [N]."""
     return (heading_vector(theta) * f).sum(axis=-1) - damping * v

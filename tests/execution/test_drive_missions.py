@@ -59,6 +59,17 @@ def test_all_promises_hold(run):
     assert np.abs(recording.qd["a2"][:, :2]).max() > 0.3  # it did go there
 
 
+def test_its_wheels_roll(run):
+    """Speed of each tyre over the floor: of the axle above the wheel, less what the wheel rolls."""
+    recording, scenario, _ = run
+    drive = measure(scenario).agents["a2"].drive
+    q, qd = recording.q["a2"], recording.qd["a2"]
+    v = np.cos(q[:, 2]) * qd[:, 0] + np.sin(q[:, 2]) * qd[:, 1]
+    for side, wheel in ((-1.0, qd[:, 6]), (1.0, qd[:, 7])):
+        slip = v + side * drive.half_track * qd[:, 2] - drive.wheel_radius * (wheel + qd[:, 4])
+        assert np.abs(slip[1:]).max() < 2e-3  # regularised friction creeps
+
+
 def test_a_drive_that_slides_is_found_out(run):
     """Positions and velocities agree, but no tyre moves so."""
     recording, scenario, _ = run
