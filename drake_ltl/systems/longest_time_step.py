@@ -1,10 +1,11 @@
 """How long a plant's time step may be for movers that start close to what drives them off.
 
-A controller's torque is held for a time step. Near q_0 its law is -K (q - q_0) - D qd, K being the Hessian of k Phi,
-and the plant's step takes velocities by it, then positions by these: M (v' - v) = -dt (K q + D v), q' = q + dt v'. A
-motion that changes its sign at every step, v' = -v, is one of this map where
+A controller's torque is held for a time step. Near q_0 its law is -K (q - q_0) - D v', K being the Hessian of k Phi
+and v' the velocity after the step (`HeldDamping`), and the plant's step takes velocities by it, then positions by
+these: M (v' - v) = -dt (K q + D v'), q' = q + dt v'. A motion that changes its sign at every step, v' = -v, is one of
+this map where
 
-    det(4 M - 2 dt D - dt^2 K) = 0,
+    det(4 M + 2 dt D - dt^2 K) = 0,
 
 and for every longer step it grows: movers swing up, and V with them.
 """
@@ -25,6 +26,8 @@ from drake_ltl.systems.step_field import Snapshot, StepField
 
 NEAR = 0.1
 """Of movers that are farther from everything K is left out [m]: barriers are steep where they are close."""
+LEAST_RATE = 1.0
+"""Longer time steps than its inverse need not be told apart [1/s]."""
 STEP = 1e-5
 """Of the differences that K is formed of [m, rad]."""
 
@@ -32,7 +35,7 @@ STEP = 1e-5
 def longest_time_step(
     field: StepField, snapshot: Snapshot, settings: ControllerSettings, models: MeasuredModels
 ) -> float:
-    """The time step [s] beyond which travellers with arms swing up at the start of a step; inf if none travels.
+    """The time step [s] beyond which travellers with arms swing up as a step begins; inf if none is near anything.
 
     Args:
         field: of the step, for the bodies as they stand in `snapshot`.
@@ -44,11 +47,12 @@ def longest_time_step(
     M = block_diag(*[model.inertia(at) for model, at in zip(agents, q, strict=True)])
     D = np.diag(np.concatenate([model.damping(settings.base_damping, settings.arm_damping) for model in agents]))
     K = _stiffness(field, snapshot, settings.force, models, names)
-    n = len(M)  # s^2 4 M - 2 s D - K, s = 1 / dt, as one matrix of twice the size
-    companion = np.block([[np.zeros((n, n)), np.eye(n)], [np.linalg.solve(4.0 * M, K), np.linalg.solve(2.0 * M, D)]])
+    n = len(M)  # 4 M s^2 + 2 D s - K, s = 1 / dt, as one matrix of twice the size
+    companion = np.block([[np.zeros((n, n)), np.eye(n)], [np.linalg.solve(4.0 * M, K), np.linalg.solve(-2.0 * M, D)]])
     roots = eigvals(companion)
     real = roots.real[np.abs(roots.imag) <= 1e-6 * np.abs(roots)]
-    return float(1.0 / real.max(initial=1e-9))
+    fastest = float(real.max(initial=0.0))
+    return 1.0 / fastest if fastest > LEAST_RATE else np.inf
 
 
 def nearest(relations: StepRelations) -> tuple[float, str]:

@@ -79,11 +79,11 @@ def test_a_step_that_is_longer_swings_up(scenario, border):
         ]
     ) / (4.0 * h * h)
     D = np.diag(model.damping(scenario.controller.base_damping, scenario.controller.arm_damping))
-    M_inv = np.linalg.inv(model.inertia(q_0))
+    M = model.inertia(q_0)
 
     def alternation(dt: float) -> float:
         """The eigenvalue that is farthest below zero."""
-        v = np.hstack([-dt * M_inv @ K, np.eye(n) - dt * M_inv @ D])  # of (q, v)
+        v = np.linalg.solve(M + dt * D, np.hstack([-dt * K, M]))  # of (q, v)
         return np.linalg.eigvals(np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + dt * v, v])).real.min()
 
     assert alternation(0.9 * longest) > -1.0  # K by differences of 0.1 mm at 3 mm is good for some per cent
@@ -107,21 +107,13 @@ def test_a_start_too_close_for_the_time_step_is_refused_with_what_would_do(scena
     check_fields(program, fine, models)
 
 
-def test_far_from_everything_damping_alone_counts(program, case_ii, models):
-    """The lightest motion of an arm is damped at some 67 / s: steps of 2 / 67 s and more swing it up."""
-    seen = 0
+def test_far_from_everything_no_time_step_swings_anything_up(program, case_ii, models):
+    seen = []
     for step, placed in zip(program.steps, program.mission.steps, strict=True):
         here = snapshot(placed.before, models)
         moving = Moving(step.travels, step.transports)
         field = FieldBuilder(case_ii, models).field(moving, here, reaches_at_begin(step, here))
-        if not step.travels or nearest(field.relations)[0] < NEAR:
-            continue
-        agents = [(models.agents[task.agent], here.q[task.agent]) for task in step.travels]
-        K = [np.diag(model.damping(18.0, 1.8)) for model, _ in agents]
-        rates = [
-            np.linalg.eigvals(np.linalg.solve(model.inertia(q), k)) for (model, q), k in zip(agents, K, strict=True)
-        ]
-        settings = replace(case_ii.controller, base_damping=18.0, arm_damping=1.8)
-        assert longest_time_step(field, here, settings, models) == pytest.approx(2.0 / np.max(rates), rel=1e-6)
-        seen += 1
+        if step.travels and nearest(field.relations)[0] > NEAR:
+            seen.append(longest_time_step(field, here, case_ii.controller, models))
     assert seen
+    assert np.isinf(seen).all()
