@@ -23,14 +23,12 @@ from pydrake.systems.framework import (
 
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.systems.program import StepProgram
-from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
+from drake_ltl.systems.progress import Measurement, Progress
+from drake_ltl.systems.progress_vector import ProgressVector
 from drake_ltl.systems.record_signal import record_size, status_signal
 from drake_ltl.systems.signals import STEP_SIGNAL_SIZE, Phase, pack_step
 from drake_ltl.systems.state_places import StatePlaces
 from drake_ltl.systems.supervision import Supervision
-
-MOST_WAY_POINTS = 64
-"""Of a detour; a longer one is cut there, and sought anew from where it ends."""
 
 
 class PlanSupervisor(LeafSystem):
@@ -75,19 +73,8 @@ class PlanSupervisor(LeafSystem):
         self._drives = [name for name, model in models.agents.items() if not model.has_arm]
         self._objects = list(models.objects)
         self._state = self.DeclareVectorInputPort("state", places.size)
-        self._header = self.DeclareDiscreteState(10)
-        """count, phase, step start, revision, interval, active mover, slow since, number of way points, rank of the
-        exchange of places, number of exchanges"""
-        self._way = self.DeclareDiscreteState(2 * MOST_WAY_POINTS)
-        self._anchor = self.DeclareDiscreteState(sum(self._sizes.values()) + 3 * len(self._objects))
-        self._agent_groups = {
-            name: (
-                self.DeclareDiscreteState(3),
-                self.DeclareDiscreteState(n),
-                self.DeclareDiscreteState(2 + 2 * n),
-            )
-            for name, n in self._sizes.items()
-        }  # (mode, grasp, stage), hold, reach
+        self._vector = ProgressVector(tuple(self._sizes.values()), len(self._objects))
+        self._numbers = self.DeclareDiscreteState(self._vector.size)
         self._applied = self.DeclareNumericParameter(BasicVector([0.0]))
         self._progress = self.DeclareCacheEntry(
             "progress",
@@ -236,35 +223,11 @@ class PlanSupervisor(LeafSystem):
 
     def _calc_progress(self, context: Context, progress) -> None:
         """The same Progress as long as the same numbers stand there: a step of the plant counts as a change."""
-        values = context.get_discrete_state()
-        key = b"".join([values.value(i).tobytes() for i in range(values.num_groups())])
+        numbers = context.get_discrete_state(self._numbers).value()
+        key = numbers.tobytes()
         if self._latest[0] != key:
-            self._latest = (key, self._form_progress(values))
+            self._latest = (key, self._vector.unpack(numbers))
         progress.set_value(self._latest[1])
-
-    def _form_progress(self, values: DiscreteValues) -> Progress:
-        header = values.value(self._header)
-        count, phase, step_start, revision, interval, active, slow_since, ahead, exchange, exchanges = header
-        way = values.value(self._way).reshape(-1, 2)[: int(ahead)]
-        agents = []
-        for ints, hold, reach in self._agent_groups.values():
-            mode, grasp, stage = map(int, values.value(ints))
-            agents.append(AgentSignals(mode, values.value(hold).copy(), values.value(reach).copy(), grasp, stage))
-        anchor = values.value(self._anchor).copy()
-        return Progress(
-            int(count),
-            Phase(int(phase)),
-            step_start,
-            int(revision),
-            anchor,
-            tuple(agents),
-            int(interval),
-            int(active),
-            tuple((float(x), float(y)) for x, y in way),
-            slow_since,
-            int(exchange),
-            int(exchanges),
-        )
 
     # Events.
 
@@ -289,19 +252,7 @@ class PlanSupervisor(LeafSystem):
         return _NOTHING
 
     def _store(self, progress: Progress, values: DiscreteValues) -> None:
-        way = progress.way[:MOST_WAY_POINTS]
-        header = [progress.count, progress.phase, progress.step_start, progress.revision]
-        header += [progress.interval, progress.active, progress.slow_since, len(way)]
-        header += [progress.exchange, progress.exchanges]
-        values.set_value(self._header, np.array(header, dtype=float))
-        padded = np.zeros((MOST_WAY_POINTS, 2))
-        padded[: len(way)] = np.reshape(way, (-1, 2))
-        values.set_value(self._way, padded.ravel())
-        values.set_value(self._anchor, progress.anchor)
-        for signals, (ints, hold, reach) in zip(progress.agents, self._agent_groups.values(), strict=True):
-            values.set_value(ints, np.array([signals.mode, signals.grasp, signals.stage], dtype=float))
-            values.set_value(hold, signals.hold)
-            values.set_value(reach, signals.reach)
+        values.set_value(self._numbers, self._vector.pack(progress))
 
     def _applied_revision(self, context: Context) -> int:
         return int(context.get_numeric_parameter(self._applied).GetAtIndex(0))

@@ -14,8 +14,9 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import InputPortIndex
 
 from drake_ltl.systems.legs import ALL, Leg
-from drake_ltl.systems.plan_supervisor import MOST_WAY_POINTS, PlanSupervisor
+from drake_ltl.systems.plan_supervisor import PlanSupervisor
 from drake_ltl.systems.progress import AgentSignals, Progress
+from drake_ltl.systems.progress_vector import MOST_WAY_POINTS
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_step, unpack_step
 from drake_ltl.systems.supervision import Supervision
 
