@@ -57,7 +57,9 @@ CASES = (
     ),
     Case("spare_hand", "{kind: mass, object: crate, factor: 1.3}", "the crate is 30 % heavier"),
     Case("spare_hand", "{kind: mass, object: crate, factor: 0.7}", "the crate is 30 % lighter"),
-    Case("spare_hand", "{kind: sensors, delay: 0.02}", "all is seen 20 ms late"),
+    Case("relay", "{kind: sensors, delay: 0.02}", "all is seen 20 ms late"),
+    Case("spare_hand", "{kind: sensors, delay: 0.02}", "all is seen 20 ms late; they start side by side"),
+    Case("spare_hand", "{kind: sensors, delay: 0.05}", "all is seen 50 ms late"),
     Case(
         "spare_hand",
         "{kind: sensors, position_noise: 0.0002, velocity_noise: 0.002, delay: 0.01}",

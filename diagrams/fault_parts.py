@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from drake_ltl.diagrams.transport_plant import TransportPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.drives import Drives
 from drake_ltl.systems.fault_monitors import (
+    ClockMonitor,
     DoorMonitor,
     DriveMonitor,
     FaultMonitor,
@@ -37,18 +40,23 @@ class FaultParts:
     """Regions of which it is known that they are blocked."""
 
 
-def AddSensors(builder: DiagramBuilder, scenario: Scenario, parts: TransportPlant) -> OutputPort:
-    """Noise and delay as the scenario has them; without any, measurements are exact. Returns the state that is seen."""
+def AddSensors(builder: DiagramBuilder, scenario: Scenario, parts: TransportPlant) -> tuple[OutputPort, OutputPort]:
+    """Noise and delay as the scenario has them; without any, measurements are exact.
+
+    Returns:
+        The state that is seen, and how old it is [s].
+    """
     (settings, *_) = [*(fault.values for fault in scenario.faults if fault.kind == "sensors"), None]
     if settings is None:
-        return parts.plant.get_state_output_port()
+        age = builder.AddNamedSystem("age", ConstantVectorSource(np.zeros(1)))
+        return parts.plant.get_state_output_port(), age.get_output_port()
     plant = parts.plant
     places = StatePlaces.of(plant, parts.agents, parts.objects)
     sensors = builder.AddSystem(
         Sensors(places, plant.num_positions(), plant.time_step(), seed=scenario.seed, **settings)
     )
     builder.Connect(plant.get_state_output_port(), sensors.get_state_input_port())
-    return sensors.get_state_output_port()
+    return sensors.get_state_output_port(), sensors.get_age_output_port()
 
 
 def AddDrives(builder: DiagramBuilder, models: MeasuredModels, torque: OutputPort) -> Drives:
@@ -66,6 +74,7 @@ def AddFaultMonitors(
     parts: TransportPlant,
     supervisor: PlanSupervisor,
     state: OutputPort,
+    age: OutputPort,
     torque: OutputPort,
     drives: Drives,
     doors: Doors,
@@ -76,10 +85,12 @@ def AddFaultMonitors(
     drive = DriveMonitor(places, scenario, models, **common)
     motion = MotionMonitor(places, scenario, models, **common)
     door = DoorMonitor(places, scenario, first_step=faults.first_step, ignored=faults.blocked)
+    clock = ClockMonitor(places, scenario, models, **common)
     monitors = (
         drive,
         motion,
         door,
+        clock,
         GripMonitor(places, scenario, models, parts.welds, **common),
         ObjectMonitor(places, scenario, parts.welds, **common),
         LoadMonitor(places, scenario, models, **common),
@@ -91,5 +102,7 @@ def AddFaultMonitors(
     for monitor in (drive, motion):
         builder.Connect(torque, monitor.get_torque_input_port())
     builder.Connect(drives.get_delivered_output_port(), drive.get_delivered_input_port())
+    for monitor in (clock, motion):
+        builder.Connect(age, monitor.get_age_input_port())
     builder.Connect(doors.get_closed_output_port(), door.get_closed_input_port())
     return monitors

@@ -114,7 +114,9 @@ def MakeMissionDiagram(
     supervision = Supervision(program, scenario, models, num_steps, holds=holds, ignored=ignored)
     places = StatePlaces.of(plant, transport_plant.agents, transport_plant.objects)
     supervisor = builder.AddSystem(PlanSupervisor(places, supervision, models, scenario.controller.period))
-    seen = plant.get_state_output_port() if faults is None else AddSensors(builder, scenario, transport_plant)
+    seen, age = plant.get_state_output_port(), None
+    if faults is not None:
+        seen, age = AddSensors(builder, scenario, transport_plant)
     builder.Connect(seen, supervisor.get_state_input_port())
     parts = (builder, program, scenario, models, transport_plant, supervisor)
     if separate_controllers or own_controllers:
@@ -126,7 +128,7 @@ def MakeMissionDiagram(
         drives, doors = AddDrives(builder, models, torque), builder.AddSystem(Doors(scenario.region_names))
         driving = drives.get_delivered_output_port()
         fault_monitors = AddFaultMonitors(
-            builder, faults, scenario, models, transport_plant, supervisor, seen, torque, drives, doors
+            builder, faults, scenario, models, transport_plant, supervisor, seen, age, torque, drives, doors
         )
     _drive(builder, transport_plant, driving)
     if meshcat is not None:

@@ -19,7 +19,7 @@ from drake_ltl.execution.log_reader import read_logs
 from drake_ltl.execution.runner import REPORT_PERIOD, RunProgress, look_once_more
 from drake_ltl.execution.under_way import UnderWay
 from drake_ltl.faults.legs import Bodies, finishing, gathering, releasing, sound
-from drake_ltl.faults.losses import DOOR
+from drake_ltl.faults.losses import CLOCK, DOOR
 from drake_ltl.planning.mission import Mission
 from drake_ltl.systems.program import MissionProgram, StepProgram
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
@@ -113,7 +113,7 @@ class Leg:
 
     def _record(self, reason: str) -> None:
         recording = read_logs(self.diagram, self._context, self.num_steps, reason or self.halted)
-        befallen = [seen.who for seen in self.going.seen[self._known :] if seen.monitor != DOOR]
+        befallen = [seen.who for seen in self.going.seen[self._known :] if seen.monitor not in (CLOCK, DOOR)]
         faulty = befallen[-1] if befallen else ()
         self.going.parts.append(Part(recording, self.halted, faulty, self.is_mission))
 
@@ -218,8 +218,8 @@ class Leg:
             self.going.injector.Inject(self.diagram, self._context, step)
             self._notice(self._simulator.AdvanceTo(self._boundary(now + LOOK)))
             lost = self._unheld(first) if now > begin + LOST_LIMIT else frozenset()
-            if supervisor.is_quiet(self._own, lost):
-                return
+            if now >= begin + self.going.losses.delay and supervisor.is_quiet(self._own, lost):
+                return  # what is measured late shows later that it moves
 
     def _unheld(self, first: Mapping[str, np.ndarray]) -> frozenset[str]:
         """Who is out of service and does not come to rest, as velocities (n,) at the begin and now show."""

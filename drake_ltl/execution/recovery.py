@@ -23,6 +23,7 @@ from drake_ltl.execution.runner import Run, RunProgress
 from drake_ltl.execution.situations import situation, whereabouts
 from drake_ltl.execution.under_way import Noticed, UnderWay
 from drake_ltl.faults.injection import Injector
+from drake_ltl.faults.lateness import slowed
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.mission import Mission
@@ -93,7 +94,7 @@ def _carry_out(going: UnderWay, leg: Leg) -> str:
             return ""
         if sum(bool(part.halted) for part in going.parts) > MOST_HALTS:
             return f"halted more than {MOST_HALTS} times"
-        if text := adrift(leg.bodies, going.losses):
+        if text := adrift(leg.bodies, going.losses) or _late(going):
             return _stopped(going, text)
         program = leg.next_program()
         if program.actions:
@@ -106,6 +107,16 @@ def _carry_out(going: UnderWay, leg: Leg) -> str:
             return _stopped(going, " ".join(str(error).split()))
         _note(going, "planned again")
         leg = Leg.of_mission(going, again, leg)
+
+
+def _late(going: UnderWay) -> str:
+    """Lets the rest of the run bear measurements that come late; what is against that, if anything."""
+    try:
+        if going.losses.delay:
+            going.scenario = slowed(going.scenario, going.models.agents, going.losses.delay)
+    except InfeasibleError as error:
+        return str(error)
+    return ""
 
 
 def _stopped(going: UnderWay, why: str) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from drake_ltl.execution.joined import Part
 from drake_ltl.execution.runner import RunProgress
 from drake_ltl.faults.injection import Injector
-from drake_ltl.faults.losses import DOOR, Losses
+from drake_ltl.faults.losses import CLOCK, DOOR, Losses
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.fits import Fits
@@ -55,6 +55,8 @@ class UnderWay:
 
     def knows(self, seen: Violation) -> bool:
         """Whether this is nothing new."""
+        if seen.monitor == CLOCK:
+            return (seen.value or 0.0) <= self.losses.delay
         return seen.who[0] in (self.losses.regions if seen.monitor == DOOR else self.ignored)
 
     @property

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from drake_ltl.monitoring.violation import Violation
 
-DRIVE, MOTION, GRIP, OBJECT, LOAD, DOOR = "drive", "motion", "grip", "object", "load", "door"
+DRIVE, MOTION, GRIP, OBJECT, LOAD, DOOR, CLOCK = "drive", "motion", "grip", "object", "load", "door", "clock"
 """Names of the monitors of faults."""
 
 
@@ -22,6 +22,8 @@ class Losses:
     """That nobody can carry any more."""
     regions: frozenset[str] = frozenset()
     """That nobody may enter any more; who is there may stay or leave."""
+    delay: float = 0.0
+    """By how much measurements come late [s], if that is more than damping bears."""
 
     def after(self, seen: Violation) -> Losses:
         """With what the violation takes away. An object that was pushed is somewhere else, and nothing is lost."""
@@ -33,6 +35,8 @@ class Losses:
             return replace(self, objects=self.objects | {seen.who[0]})
         if seen.monitor == DOOR:
             return replace(self, regions=self.regions | {seen.who[0]})
+        if seen.monitor == CLOCK:
+            return replace(self, delay=max(self.delay, seen.value or 0.0))
         return self
 
     def __str__(self) -> str:
@@ -40,4 +44,5 @@ class Losses:
         parts += [f"{name} cannot grasp any more" for name in sorted(self.grippers - self.agents)]
         parts += [f"{name} cannot be carried any more" for name in sorted(self.objects)]
         parts += [f"nobody may enter {name} any more" for name in sorted(self.regions)]
+        parts += [f"measurements come {1e3 * self.delay:.3g} ms late"] * (self.delay > 0.0)
         return "; ".join(parts) or "nothing is lost"

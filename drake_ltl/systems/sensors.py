@@ -26,10 +26,11 @@ class Sensors(LeafSystem):
         - state
         output_ports:
         - state
+        - age
 
     `state` is the plant's whole state (positions and velocities of everything). What comes out is as old as the delay,
     a whole number of samples, with white noise on all numbers. The noise of a sample depends on the seed and on the
-    time alone.
+    time alone. `age` (1,) is how old it is [s], as stamps of samples say.
     """
 
     def __init__(
@@ -66,12 +67,19 @@ class Sensors(LeafSystem):
             self.DeclareInitializationDiscreteUpdateEvent(self._begin)
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         self._measured = self.DeclareVectorOutputPort("state", places.size, self._calc_state)
+        self._age = self.DeclareVectorOutputPort("age", 1, self._calc_age, {self.nothing_ticket()})
 
     def get_state_input_port(self) -> InputPort:
         return self._state
 
     def get_state_output_port(self) -> OutputPort:
         return self._measured
+
+    def get_age_output_port(self) -> OutputPort:
+        return self._age
+
+    def _calc_age(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([self._late * self._period])
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._measure(context))

@@ -10,6 +10,7 @@ from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.fault_monitors import (
     DoorMonitor,
+    ClockMonitor,
     DriveMonitor,
     GripMonitor,
     LoadMonitor,
@@ -23,6 +24,8 @@ from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
 
 DT = 0.005
 REST = {"first_step": 0, "ignored": frozenset()}
+NEW = np.zeros(1)
+"""Age of what is measured at once [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -74,11 +77,11 @@ def test_beyond_their_limits_drives_owe_nothing(places, case_ii, models, x):
     assert watched.look(progress(), state=x, torque=3.0 * limits, delivered=limits) == []
 
 
-def moving(case_ii, places, x, torque, steps):
-    """States that follow from torques, as a discrete plant steps."""
+def moving(case_ii, places, x, torques):
+    """States at each torque, as a discrete plant steps."""
     crew = CrewModel(case_ii.agents)
-    x, n = x.copy(), len(torque)
-    for _ in range(steps):
+    x, n = x.copy(), len(torques[0])
+    for torque in torques:
         yield x.copy()
         q, qd = x[places.q], x[places.qd]
         crew.set_state(q, qd)
@@ -91,7 +94,29 @@ def moving(case_ii, places, x, torque, steps):
 def test_agents_that_move_as_torques_move_them_are_well(places, case_ii, models, x):
     watched, told = Watched(MotionMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSITION] * 3)
     torque = np.tile([3.0, -2.0, 4.0, 2.0], 3)
-    assert [w for s in moving(case_ii, places, x, torque, 20) for w in watched.look(told, state=s, torque=torque)] == []
+    states = moving(case_ii, places, x, [torque] * 20)
+    assert [w for s in states for w in watched.look(told, state=s, torque=torque, age=NEW)] == []
+
+
+@pytest.mark.parametrize(("stamped", "accused"), [(4, 0), (0, 3)])
+def test_agents_that_are_seen_late_are_held_against_the_torques_of_then(places, case_ii, models, x, stamped, accused):
+    """A force that grows by 300 N/s is 6 N less 20 ms ago: enough to accuse everybody, were it not for the stamps."""
+    late, watched, told = 4, Watched(MotionMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSITION] * 3)
+    torques = [np.tile([1.5 * k, -2.0, 4.0, 2.0], 3) for k in range(60)]
+    states, age = list(moving(case_ii, places, x, torques)), np.array([stamped * DT])
+    looks = [{"state": states[max(0, k - late)], "torque": torque, "age": age} for k, torque in enumerate(torques)]
+    assert len([what for look in looks for what in watched.look(told, **look)]) == accused
+
+
+def test_samples_that_come_later_than_damping_bears_are_noticed_within_20_ms(places, case_ii, models, x):
+    for age, wanted in ((0.010, 0), (0.020, 1)):
+        watched = Watched(ClockMonitor(places, case_ii, models, **REST))
+        told = progress()
+        found = [what for _ in range(5) for what in watched.look(told, state=x, age=np.array([age]))]
+        assert len(found) == wanted
+    watched = Watched(ClockMonitor(places, case_ii, models, **REST))
+    one_late = [what for k in range(9) for what in watched.look(told, state=x, age=np.array([0.02 * (k % 2)]))]
+    assert one_late == []
 
 
 def test_who_stands_still_under_a_torque_is_noticed_within_a_fifth_of_a_second(places, case_ii, models, x):
@@ -99,7 +124,7 @@ def test_who_stands_still_under_a_torque_is_noticed_within_a_fifth_of_a_second(p
     crew = CrewModel(case_ii.agents)
     crew.set_state(x[places.q], x[places.qd])
     torque = crew.inverse_dynamics(np.zeros(12)) + np.eye(12)[4] * 20.0  # a2 is driven along x
-    found = [what for _ in range(40) for what in watched.look(told, state=x, torque=torque)]
+    found = [what for _ in range(40) for what in watched.look(told, state=x, torque=torque, age=NEW)]
     assert len(found) == 1
     assert "a2 does not move as its torques should move it" in found[0]
 
@@ -109,7 +134,8 @@ def test_nobody_is_accused_of_what_the_supervisor_has_just_changed(places, case_
     crew = CrewModel(case_ii.agents)
     crew.set_state(x[places.q], x[places.qd])
     torque = crew.inverse_dynamics(np.zeros(12)) + 20.0 * np.eye(12)[4]
-    found = [w for _ in range(40) for w in watched.look(progress([Mode.TRANSITION] * 3), state=x, torque=torque)]
+    look = {"state": x, "torque": torque, "age": NEW}
+    found = [what for _ in range(40) for what in watched.look(progress([Mode.TRANSITION] * 3), **look)]
     assert found == []  # another Progress at every look
 
 
@@ -121,7 +147,7 @@ def test_who_stands_still_while_it_should_carry_is_noticed(places, case_ii, mode
     swinging = x.copy()
     swinging[places.qd[:4]] = 1e-3
     torque = np.tile([0.0, force, 0.0, 0.0], 3)
-    found = [what for _ in range(30) for what in watched.look(told, state=swinging, torque=torque)]
+    found = [what for _ in range(30) for what in watched.look(told, state=swinging, torque=torque, age=NEW)]
     assert len([what for what in found if "a2 stands still" in what]) == (force > 0.0)
     assert not any("a1" in what for what in found)
 

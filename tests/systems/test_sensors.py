@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
@@ -48,3 +49,10 @@ def test_noise_has_its_deviation_and_depends_on_time_and_seed_alone():
     np.testing.assert_array_equal(again, x[:, : again.shape[1]])
     _, other = measured(1.0, position_noise=0.1, velocity_noise=0.01, seed=4)
     assert not np.allclose(other, again)
+
+
+def test_stamps_say_how_old_a_sample_is():
+    """The delay is a whole number of samples."""
+    for delay, age in ((0.0, 0.0), (0.03, 0.03), (0.034, 0.03)):
+        sensors = Sensors(ONE_JOINT, 1, DT, delay=delay)
+        assert sensors.get_age_output_port().Eval(sensors.CreateDefaultContext()) == pytest.approx(age)

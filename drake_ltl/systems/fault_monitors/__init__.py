@@ -3,6 +3,7 @@
 They see commands, measured joints and poses, and measured torques; none of them knows which faults a scenario has.
 """
 
+from drake_ltl.systems.fault_monitors.clock import ClockMonitor
 from drake_ltl.systems.fault_monitors.door import DoorMonitor
 from drake_ltl.systems.fault_monitors.drive import DriveMonitor
 from drake_ltl.systems.fault_monitors.fault_monitor import FaultMonitor
@@ -11,6 +12,7 @@ from drake_ltl.systems.fault_monitors.motion import MotionMonitor
 from drake_ltl.systems.fault_monitors.objects import LoadMonitor, ObjectMonitor
 
 __all__ = [
+    "ClockMonitor",
     "DoorMonitor",
     "DriveMonitor",
     "FaultMonitor",

@@ -38,23 +38,24 @@ STANDSTILL_FORCE = 0.1
 
 @dataclass
 class _Residual:
-    """Progress, state, torques and smoothed residual (n,) of the last look."""
+    """Progress, state, torques (n,) and smoothed residual (n,) of the last look."""
 
     progress: Progress
     x: np.ndarray
-    torque: np.ndarray
+    torques: tuple[np.ndarray, ...]
+    """Of the last look, and before it those of looks back to when `x` was measured; oldest first."""
     smooth: np.ndarray
     still: Durations = field(default_factory=Durations)
     large: Durations = field(default_factory=Durations)
 
 
 class MotionMonitor(FaultMonitor):
-    """Agents that do not move as their torques should move them. Also takes `torque`.
+    """Agents that do not move as their torques should move them. Also takes `torque`, and `age` of the state.
 
-    The residual is B qdd + N qd + g - tau, with qdd from two measurements: what acts on the joints besides drives. Of
-    a differential drive, which stands on the floor, it is that of (U1), at its joints x and yaw. Of agents that hold
-    an object, whose load is not known, it is not formed; they are watched for joints that stand still while they
-    should carry.
+    The residual is B qdd + N qd + g - tau, with qdd from two measurements and tau of when they were made: what acts on
+    the joints besides drives. Of a differential drive, which stands on the floor, it is that of (U1), at its joints x
+    and yaw. Of agents that hold an object, whose load is not known, it is not formed; they are watched for joints that
+    stand still while they should carry.
     """
 
     def __init__(self, places: StatePlaces, scenario: Scenario, models: MeasuredModels, **rest):
@@ -70,6 +71,10 @@ class MotionMonitor(FaultMonitor):
         self._least = np.where(np.concatenate(bases), LEAST_RESIDUAL, LEAST_ARM_RESIDUAL)
         self._wheeled = {name: model for name, model in models.agents.items() if not model.has_arm}
         self._torque = self.DeclareVectorInputPort("torque", len(self._limits))
+        self._age = self.DeclareVectorInputPort("age", 1)
+
+    def get_age_input_port(self) -> InputPort:
+        return self._age
 
     def get_torque_input_port(self) -> InputPort:
         return self._torque
@@ -80,12 +85,15 @@ class MotionMonitor(FaultMonitor):
         progress: Progress = self._progress.Eval(context)
         before: _Residual | None = memory.notes
         if before is None:
-            memory.notes = _Residual(progress, x, torque, np.zeros(len(torque)))
+            memory.notes = _Residual(progress, x, (torque,), np.zeros(len(torque)))
             return
+        late = round(float(self._age.Eval(context)[0]) / self._dt)
         held = {name for name, told in zip(self._places.agents, progress.agents, strict=True) if told.grasp != NO_GRASP}
         # once the supervisor has changed its mind other torques act than were seen before
-        smooth = self._smoothed(before, x, held) if progress is before.progress else before.smooth
-        memory.notes = _Residual(progress, x, torque, smooth, before.still, before.large)
+        known = progress is before.progress and len(before.torques) > late
+        smooth = self._smoothed(before, x, held) if known else before.smooth
+        torques = (*before.torques, torque)[-1 - late :]
+        memory.notes = _Residual(progress, x, torques, smooth, before.still, before.large)
         for name, told in zip(self._places.agents, progress.agents, strict=True):
             if name in self._ignored:
                 continue
@@ -114,10 +122,10 @@ class MotionMonitor(FaultMonitor):
         q, qd = before.x[self._places.q], before.x[self._places.qd]
         qdd = (x[self._places.qd] - qd) / self._dt
         self._crew.set_state(q, qd)
-        residual = self._crew.inverse_dynamics(qdd) - before.torque
+        residual = self._crew.inverse_dynamics(qdd) - before.torques[0]
         for name, model in self._wheeled.items():
             rows = self._crew.rows[name]
-            residual[rows] = model.unexplained(q[rows], qdd[rows], before.torque[rows])
+            residual[rows] = model.unexplained(q[rows], qdd[rows], before.torques[0][rows])
         smooth = before.smooth + self._dt / SMOOTHING * (residual - before.smooth)
         smooth[(q < self._lower + STOP) | (q > self._upper - STOP)] = 0.0
         for name in held:
