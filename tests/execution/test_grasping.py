@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drake_ltl.diagrams import MakeMissionDiagram
@@ -105,10 +107,10 @@ def test_applied_grasps_are_acknowledged(diagram, stage):
     root = stage()
     supervisor = diagram.supervisor
     context = supervisor.GetMyMutableContextFromRoot(root)
-    header = context.get_mutable_discrete_state(supervisor._header)
-    header.SetAtIndex(3, 5.0)  # the revision of commanded grasps
-    for ints, _, _ in supervisor._agent_groups.values():
-        context.get_mutable_discrete_state(ints).SetFromVector([0.0, NO_GRASP, 0.0])
+    progress = supervisor.GetProgress(context)
+    for agent in range(len(progress.agents)):
+        progress = progress.with_agent(agent, grasp=NO_GRASP)
+    supervisor.SetProgress(context, replace(progress, revision=5))
     assert supervisor.grasps_pending(context)
     ApplyGrasps(diagram, root)
     assert not supervisor.grasps_pending(context)
