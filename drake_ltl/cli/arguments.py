@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 
@@ -29,6 +30,33 @@ def scenario_path(text: str) -> Path:
     return examples.find(file_path(text))
 
 
+def whole(least: int, most: int) -> Callable[[str], int]:
+    """The type of an argument that is a whole number."""
+
+    def read(text: str) -> int:
+        if not (text.isascii() and text.isdigit() and len(text) < 20 and least <= int(text) <= most):
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} to {most}")
+        return int(text)
+
+    return read
+
+
+def number(least: float, most: float, what: str = "number") -> Callable[[str], float]:
+    """The type of an argument that is a number, `what` it is for people."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {what} from {least:g} to {most:g}")
+        return value
+
+    return read
+
+
+SUFFIX_ROUNDS = whole(1, 100_000)
 TIME_LIMIT_HELP = "give up after S seconds of planning"
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column
 
-from drake_ltl.cli.arguments import HOST_HELP, SCENARIO_HELP, file_path, host, scenario_path
+from drake_ltl.cli.arguments import HOST_HELP, SCENARIO_HELP, SUFFIX_ROUNDS, file_path, host, number, scenario_path
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.infeasibility import explain
 from drake_ltl.cli.outcome import (
@@ -49,11 +49,13 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         epilog="example: drake-ltl simulate case_ii --report out --record out/page.html",
     )
     parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
-    parser.add_argument("--suffix-rounds", type=_rounds, metavar="N", help="rounds of the plan's loop (default: 1)")
+    parser.add_argument(
+        "--suffix-rounds", type=SUFFIX_ROUNDS, metavar="N", help="rounds of the plan's loop (default: 1)"
+    )
     parser.add_argument("--keep-going", action="store_true", help="go on when a monitor sees something wrong")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser (localhost)")
     parser.add_argument("--meshcat-host", type=host, metavar="HOST", help=f"for --meshcat: {HOST_HELP}")
-    parser.add_argument("--realtime-rate", type=_rate, metavar="R", help=_RATE_HELP)
+    parser.add_argument("--realtime-rate", type=number(0.0, 1000.0, "rate"), metavar="R", help=_RATE_HELP)
     parser.add_argument("--record", type=file_path, metavar="OUT.html", help="write a page that replays the run")
     parser.add_argument("--recording", type=file_path, metavar="OUT.npz", help="write the data of the run")
     parser.add_argument("--json", type=file_path, metavar="OUT", help="write the verdict")
@@ -150,22 +152,6 @@ def _check_live(args: argparse.Namespace) -> None:
 
 _RATE_HELP = "simulated seconds per second of a --meshcat run, until the page's buttons change it; 0: as many as the "
 _RATE_HELP += "computer can (default: 1)"
-
-
-def _rate(text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = -1.0
-    if not 0.0 <= rate <= 1000.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 0 to 1000")
-    return rate
-
-
-def _rounds(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and len(text) < 10 and 1 <= int(text) <= 100_000):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of rounds from 1 to 100000")
-    return int(text)
 
 
 def _unsaved(recording: Recording, path: Path | None) -> OSError | None:

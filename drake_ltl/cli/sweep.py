@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from drake_ltl.cli.arguments import SCENARIO_HELP, file_path, scenario_path
+from drake_ltl.cli.arguments import SCENARIO_HELP, SUFFIX_ROUNDS, file_path, number, scenario_path, whole
 from drake_ltl.cli.guard import save_when_interrupted
 from drake_ltl.cli.outcome import (
     check_writable,
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from drake_ltl.sweep.outcome import Outcome
     from drake_ltl.sweep.sweep import Sweep
 
+PER_CENT = number(0.0, 90.0, "number of per cent")
 MOST_RUNS = 1_000_000
 MOST_JOBS = 256
 MOST_ON_CLUSTER = 2000
@@ -59,17 +60,17 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         epilog="example: drake-ltl sweep case_ii --runs 100 --seed 7 --jobs 4",
     )
     parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
-    parser.add_argument("--runs", type=_whole(1, MOST_RUNS), metavar="N", help="how many runs")
-    parser.add_argument("--seed", type=_whole(0, 2**63 - 1), default=0, metavar="S", help="of all draws (default: 0)")
+    parser.add_argument("--runs", type=whole(1, MOST_RUNS), metavar="N", help="how many runs")
+    parser.add_argument("--seed", type=whole(0, 2**63 - 1), default=0, metavar="S", help="of all draws (default: 0)")
     who = parser.add_mutually_exclusive_group()
-    who.add_argument("--jobs", type=_whole(1, MOST_JOBS), metavar="J", help="processes (default: one for each core)")
+    who.add_argument("--jobs", type=whole(1, MOST_JOBS), metavar="J", help="processes (default: one for each core)")
     who.add_argument("--dask", metavar="ADDRESS", help="of a dask scheduler, such as tcp://host:8786")
-    who.add_argument("--only", type=_whole(0, MOST_RUNS), metavar="K", help="nothing but run K, with its recording")
-    parser.add_argument("--gains", type=_per_cent, metavar="P", help="largest change of gains in per cent (default: 5)")
+    who.add_argument("--only", type=whole(0, MOST_RUNS), metavar="K", help="nothing but run K, with its recording")
+    parser.add_argument("--gains", type=PER_CENT, metavar="P", help="largest change of gains in per cent (default: 5)")
     parser.add_argument(
-        "--masses", type=_per_cent, metavar="P", help="largest change of objects' masses in per cent (default: 1)"
+        "--masses", type=PER_CENT, metavar="P", help="largest change of objects' masses in per cent (default: 1)"
     )
-    parser.add_argument("--suffix-rounds", type=_whole(1, 100_000), metavar="N", help="rounds of the plan's loop")
+    parser.add_argument("--suffix-rounds", type=SUFFIX_ROUNDS, metavar="N", help="rounds of the plan's loop")
     parser.add_argument("--output", type=file_path, metavar="DIR", help="folder of all results (default: sweep_NAME)")
     parser.set_defaults(run=run)
 
@@ -235,22 +236,3 @@ def _run_only(sweep: Sweep, number: int, folder: Path) -> int:
         complain("interrupted")
         return INTERRUPTED
     return SUCCESS if outcome.status == SATISFIED else FAILURE
-
-
-def _whole(least: int, most: int) -> Callable[[str], int]:
-    def read(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and len(text) < 20 and least <= int(text) <= most):
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} to {most}")
-        return int(text)
-
-    return read
-
-
-def _per_cent(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= 90.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of per cent from 0 to 90")
-    return value

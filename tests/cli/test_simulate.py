@@ -211,7 +211,7 @@ def test_bad_input_leaves_no_folder(drake_ltl, tmp_path):
 def test_rounds_that_are_none(drake_ltl, shuttle_file, rounds):
     result = drake_ltl("simulate", shuttle_file, "--suffix-rounds", rounds)
     assert result.status == 2
-    assert f"{rounds!r} is not a whole number of rounds from 1 to 100000" in result.err
+    assert f"{rounds!r} is not a whole number from 1 to 100000" in result.err
 
 
 def test_options_of_live_pages_need_one(drake_ltl, shuttle_file):
