@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import resource
 import shutil
 import signal
@@ -43,6 +44,8 @@ COMMANDS = {
 INTERRUPTED = 130
 GONE = -int(signal.SIGINT)
 """Ended by the signal itself, before Python had begun to listen."""
+STARTING = "before Python has started"
+"""What a status is called if Ctrl-C has ended Python while it looked for its packages, before the script's first line."""
 ENDS = {".html": b"</html>", ".png": b"IEND\xaeB`\x82", ".svg": b"</svg>"}
 """Last bytes of files that are whole."""
 PATIENCE = 300.0
@@ -130,13 +133,20 @@ class Undisturbed:
 # Two ways to disturb
 
 
-def interrupted(chance: Random, name: str, folder: Path, undisturbed: Undisturbed) -> tuple[int, str]:
+def interrupted(chance: Random, name: str, folder: Path, undisturbed: Undisturbed) -> tuple[int | str, str]:
     """Ctrl-C in a terminal reaches all processes of a command; `kill -INT` one."""
     command = _begin(name, folder)
     time.sleep(chance.uniform(0.0, undisturbed.seconds[name]))
     if command.poll() is None:
         (os.killpg if chance.random() < 0.7 else os.kill)(command.pid, signal.SIGINT)
-    return _end(command)
+    status, err = _end(command)
+    return (STARTING if _is_starting(status, err) else status), err
+
+
+def _is_starting(status: int, err: str) -> bool:
+    """Whether no line of the script or of the library has been reached."""
+    ours = re.search(r'File ".*(/bin/drake-ltl|/drake_ltl/[^"]*)"', err)
+    return status == 1 and err.rstrip().endswith("KeyboardInterrupt") and ours is None
 
 
 def full_disk(chance: Random, name: str, folder: Path, undisturbed: Undisturbed) -> tuple[int, str]:
@@ -166,6 +176,8 @@ def _end(command: subprocess.Popen) -> tuple[int, str]:
 
 
 def _complaints(status: int, err: str) -> Iterator[str]:
+    if status == STARTING:
+        return
     if "Traceback" in err or "hangs" in err:
         yield "a traceback, or no end"
     if status not in (0, 1, 2, INTERRUPTED, GONE):

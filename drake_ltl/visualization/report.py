@@ -29,6 +29,7 @@ from drake_ltl.visualization.page_overlay import page_file
 from drake_ltl.visualization.scenario_map import map_drawing
 from drake_ltl.visualization.style import Drawing
 from drake_ltl.visualization.words import actions_words
+from drake_ltl.whole_files import written_whole
 
 NAME = "report.html"
 FIGURES = "figures"
@@ -100,8 +101,8 @@ def _is_shown(drawing: Drawing) -> bool:
 
 
 def _write(path: Path, content: bytes) -> None:
-    with naming_file(path):
-        path.write_bytes(content)
+    with naming_file(path), written_whole(path) as file:
+        file.write(content)
 
 
 def report_html(

@@ -11,7 +11,7 @@ from drake_ltl.verification.clearances import KINDS
 from drake_ltl.verification.verdict import Verdict
 from drake_ltl.visualization.evidence import evidence
 from drake_ltl.visualization.figures import run_drawings
-from drake_ltl.visualization.report import Picture, report_html
+from drake_ltl.visualization.report import _write, Picture, report_html
 
 LOADS = re.compile(r"""\b(?:src|srcset)\s*=\s*["'](?!data:)|<(?:link|script|iframe)\b|url\(""", re.IGNORECASE)
 
@@ -59,3 +59,11 @@ def test_evidence_of_what_fails_or_is_open(recording, asked, verdict, spec, step
     scenario = dataclasses.replace(asked, objects=(crate, *asked.objects[1:]))
     (found,) = evidence(scenario, verdict.word[:steps], recording.prefix_length, recording.suffix_length)
     assert found.verdict == expected
+
+
+def test_a_file_that_cannot_be_written_whole_stays_as_it_was(tmp_path):
+    page = tmp_path / "report.html"
+    page.write_text("of an earlier run", encoding="utf-8")
+    with pytest.raises(TypeError):
+        _write(page, None)
+    assert page.read_text(encoding="utf-8") == "of an earlier run"
