@@ -45,7 +45,7 @@ INTERRUPTED = 130
 GONE = -int(signal.SIGINT)
 """Ended by the signal itself, before Python had begun to listen."""
 STARTING = "before Python has started"
-"""What a status is called if Ctrl-C has ended Python while it looked for its packages, before the script's first line."""
+"""A status of its own: Ctrl-C ended Python while it looked for its packages, before the first line of the command."""
 ENDS = {".html": b"</html>", ".png": b"IEND\xaeB`\x82", ".svg": b"</svg>"}
 """Last bytes of files that are whole."""
 PATIENCE = 300.0

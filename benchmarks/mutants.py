@@ -19,10 +19,11 @@ from unittest.mock import patch
 import second_look
 
 from drake_ltl import mission
+from drake_ltl.diagrams import mission_diagram
 from drake_ltl.execution import runner
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import loads
-from drake_ltl.systems import mission_controller, program
+from drake_ltl.systems import arrival, mission_controller, orders, program, step_field
 from drake_ltl.verification import verify
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -76,6 +77,30 @@ def leave_open(mission_diagram, root_context, *_):
     supervisor.acknowledge(supervisor.GetMyMutableContextFromRoot(root_context))
 
 
+def share(factor: float, agent: str, rows: slice, share: float, spring, right=orders.Carrier):
+    """Shares that are checked to sum to one act as if they summed to another number."""
+    return right(agent, rows, factor * share, spring)
+
+
+def without_pairs(*args, right=step_field.step_relations, **more):
+    """The potential knows nothing of pairs of movers."""
+    step = right(*args, **more)
+    apart = tuple(pair for pair in step.relations.apart if max(pair.a, pair.b) >= step.n_movers)
+    return dataclasses.replace(step, relations=dataclasses.replace(step.relations, apart=apart))
+
+
+def without_first_step(*args, right=mission_diagram.mission_program):
+    """The run does in the first step what it should do in the second."""
+    whole = right(*args)
+    return dataclasses.replace(whole, steps=(whole.steps[1], *whole.steps[1:]))
+
+
+def content(models, scenario, right=arrival.Arrival.of):
+    """Whoever is within 5 m of a place has come there."""
+    easy = dataclasses.replace(scenario.tolerances, position=5.0, joint=3.0, speed=10.0)
+    return right(models, dataclasses.replace(scenario, tolerances=easy))
+
+
 NONE = Mutant("nothing", "apart")
 MUTANTS = (
     Mutant("two robots' goals are swapped", "apart", partial(patch.object, program, "TravelTask", swapped)),
@@ -84,6 +109,19 @@ MUTANTS = (
     ),
     Mutant("a weld is left open", "fetch", partial(patch.object, runner, "ApplyGrasps", leave_open)),
     Mutant("the planner negates a formula", "apart", planned_for=('"X nw"', '"!(X nw)"')),
+    Mutant("a team lifts 1.3 times its load", "fetch", partial(patch.object, orders, "Carrier", partial(share, 1.3))),
+    Mutant("a team lifts 0.7 times its load", "fetch", partial(patch.object, orders, "Carrier", partial(share, 0.7))),
+    Mutant(
+        "the potential lacks pairs of movers",
+        "apart",
+        partial(patch.object, step_field, "step_relations", without_pairs),
+    ),
+    Mutant(
+        "a step of the plan is left out",
+        "apart",
+        partial(patch.object, mission_diagram, "mission_program", without_first_step),
+    ),
+    Mutant("5 m off is there", "apart", partial(patch.object, arrival.Arrival, "of", content)),
 )
 
 

@@ -68,6 +68,9 @@ class Look:
 def findings(path: Path, formulas: Sequence[Formula]) -> list[str]:
     """All that is wrong with a run: nothing if it is done, kept everybody apart, and satisfies every formula."""
     look = Look(path)
+    empty = {step["number"] for step in look.header["steps"]} - set(look.data["step"].tolist())
+    if empty:
+        return [f"step {number} has no samples" for number in sorted(empty)]
     found = [*_touching(look), *_outside(look), *_where_nobody_may_be(look)]
     return found + list(_word_findings(look, formulas))
 

@@ -54,6 +54,12 @@ def test_every_mistake_is_found_three_times(mutants, number, monitors, verdict, 
         assert (set(found.monitors), set(found.verdict)) == (monitors, verdict)
 
 
+@pytest.mark.parametrize(("number", "kind"), [(4, "body"), (6, "lyapunov")], ids=["lifts too much", "a pair forgotten"])
+def test_mistakes_with_which_a_mission_still_comes_to_its_end_are_found_by_the_verdict(mutants, number, kind):
+    mutant = mutants.MUTANTS[number]
+    assert kind in mutants.noticed(mutants.carry_out(mutant), mutants.FORMULAS[mutant.mission]).verdict
+
+
 def test_the_word_is_judged_not_the_plan(sound):
     negated = dataclasses.replace(sound, scenario=sound.scenario.replace('"X nw"', '"!(X nw)"'))
     assert {violation.kind for violation in verify(negated).violations} == {"formula"}
