@@ -19,7 +19,7 @@ from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField
 
 BEARABLE = 1.5
 """A start is refused where the time step is so many times the longest that swings nothing up: whoever starts there is
-driven off what is steep by its first torque. Up to 1.8 times the longest V was not seen to rise; at 1.9 times it was."""
+driven off what is steep by its first torque. Up to 1.8 times V was not seen to rise; at 1.9 times it was."""
 
 
 def check_fields(program: MissionProgram, scenario: Scenario, models: MeasuredModels) -> None:
