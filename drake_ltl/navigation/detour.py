@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -13,6 +14,10 @@ from drake_ltl.navigation.step import StepRelations
 
 SPACING = 0.2
 """Of the lattice on which ways are sought [m]."""
+IN_SIGHT = 1.2
+"""So far from the ends of a way and from middles of gaps the lattice is entered [m]."""
+NARROW = 0.8
+"""A gap of less is sought by its middle [m]."""
 CLEARANCES = (0.3, 0.1, 0.04)
 """Distance that a way keeps from everything [m], the first for which there is one."""
 RUN_UP_LENGTHS = (0.35, 0.7, 1.4)
@@ -35,7 +40,7 @@ def detour(step: StepRelations) -> list[tuple[float, float]] | None:
     if step.n_movers != 1:
         raise ValueError(f"a detour is for one mover, not for {step.n_movers}")
     for clearance in CLEARANCES:
-        scene = _Scene(step, clearance)
+        scene = Scene(step, clearance)
         way = scene.way()
         if way is not None:
             return way
@@ -49,7 +54,7 @@ def run_up(step: StepRelations) -> list[tuple[float, float]]:
     For a mover that has come close and stuck: squeezed between what it must keep clear of and its goal, its arm gives
     way, and there is no way downhill from there. With room around it the arm comes back to its posture first.
     """
-    scene = _Scene(step, CLEARANCES[0])
+    scene = Scene(step, CLEARANCES[0])
     angles = np.linspace(0.0, 2.0 * np.pi, RUN_UP_DIRECTIONS, endpoint=False)
     around = np.column_stack([np.cos(angles), np.sin(angles)])
     for length in RUN_UP_LENGTHS:
@@ -74,7 +79,18 @@ _Disc = tuple[Array, float]
 """Centre (2,) and radius [m]."""
 
 
-class _Scene:
+class Tree(NamedTuple):
+    """Shortest ways from the start."""
+
+    nodes: Array
+    """(m, 2) [m], the start first."""
+    distances: Array
+    """Of each node (m,) [m], inf where no way leads."""
+    before: Array
+    """The node before each on its way (m,)."""
+
+
+class Scene:
     """Discs to keep out of and discs to stay inside of, around one mover."""
 
     def __init__(self, step: StepRelations, clearance: float):
@@ -122,37 +138,59 @@ class _Scene:
         return bool(self.free(a + np.linspace(0.0, 1.0, samples)[:, None] * (b - a)).all())
 
     def way(self) -> list[tuple[float, float]] | None:
-        """The shortest way on the lattice, shortened to corners that see each other."""
+        """The shortest way on the lattice, shortened to corners that see each other, its ends excluded."""
+        tree = self.tree()
+        return self.corners(tree, _GOAL)[:-1] if np.isfinite(tree.distances[_GOAL]) else None
+
+    def tree(self) -> Tree:
+        """Shortest ways from the start to everywhere."""
         ids, nodes = self._lattice()
         distances, before = dijkstra(self._edges(ids, nodes), indices=_START, return_predecessors=True)
-        if not np.isfinite(distances[_GOAL]):
-            return None
-        path = [_GOAL]
+        return Tree(nodes, distances, before)
+
+    def corners(self, tree: Tree, end: int) -> list[tuple[float, float]]:
+        """Of the way to a node that can be reached: points that see each other, the start excluded."""
+        path = [end]
         while path[-1] != _START:
-            path.append(int(before[path[-1]]))
-        corners = nodes[path[::-1]]
+            path.append(int(tree.before[path[-1]]))
+        corners = tree.nodes[path[::-1]]
         kept = [0]
         while kept[-1] != len(corners) - 1:
             here = kept[-1]
             ahead = range(len(corners) - 1, here, -1)
             kept.append(next((i for i in ahead if self.straight(corners[here], corners[i])), here + 1))
-        return [(float(x), float(y)) for x, y in corners[kept[1:-1]]]
+        return [(float(x), float(y)) for x, y in corners[kept[1:]]]
 
     def _lattice(self) -> tuple[Array, Array]:
         """Square lattice over the tightest bound: number of each node (n, n), -1 where blocked; nodes (m, 2).
 
-        The start and the goal are nodes 0 and 1 and not on the lattice.
+        The start, the goal and the middles of narrow gaps come first and are not on the lattice, which may miss these.
         """
         centre, radius = min(self._bounds, key=lambda bound: bound[1])
         ticks = np.arange(-radius, radius + SPACING, SPACING)
         points = centre + np.stack(np.meshgrid(ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 2)
         free = self.free(points) & self.stands(points)  # way points are goals of navigation functions
+        first = np.vstack([self.start[:2], self.goal[:2], *self._gaps()])
         ids = np.full(len(points), -1)
-        ids[free] = 2 + np.arange(free.sum())
-        return ids.reshape(len(ticks), len(ticks)), np.vstack([self.start[:2], self.goal[:2], points[free]])
+        ids[free] = len(first) + np.arange(free.sum())
+        return ids.reshape(len(ticks), len(ticks)), np.vstack([first, points[free]])
+
+    def _gaps(self) -> list[Array]:
+        """Middles (2,) of what two discs, or a disc and a bound, leave between them where that is narrow."""
+        middles = []
+        for (a, r), (b, s) in combinations(self._discs, 2):
+            apart = float(np.linalg.norm(b - a))
+            if 0.0 <= apart - r - s < NARROW:
+                middles.append(a + (b - a) * (r + apart - s) / (2.0 * apart))
+        for (a, r), (b, s) in product(self._discs, self._bounds):
+            apart = float(np.linalg.norm(a - b))
+            if 0.0 <= s - apart - r < NARROW and apart > 0.0:
+                middles.append(b + (a - b) * (apart + r + s) / (2.0 * apart))
+        points = np.array(middles).reshape(-1, 2)
+        return list(points[self.free(points) & self.stands(points)])
 
     def _edges(self, ids: Array, nodes: Array) -> csr_array:
-        """Between lattice points up to a knight's move apart, and from both ends to the points near them."""
+        """Between lattice points up to a knight's move apart, and from all others to the points near them."""
         rows, columns = [], []
         for dx, dy in _MOVES:
             here = ids[max(0, -dx) : ids.shape[0] - max(0, dx), max(0, -dy) : ids.shape[1] - max(0, dy)]
@@ -160,9 +198,9 @@ class _Scene:
             both = (here >= 0) & (there >= 0)
             rows.append(here[both])
             columns.append(there[both])
-        for end in (_START, _GOAL):
+        for end in range(len(nodes) - int((ids >= 0).sum())):
             gaps = np.linalg.norm(nodes - nodes[end], axis=1)
-            near = [i for i in np.flatnonzero(gaps < 4 * SPACING) if i != end and self.straight(nodes[end], nodes[i])]
+            near = [i for i in np.flatnonzero(gaps < IN_SIGHT) if i != end and self.straight(nodes[end], nodes[i])]
             rows.append(np.full(len(near), end))
             columns.append(np.array(near, dtype=int))
         row, column = np.concatenate(rows), np.concatenate(columns)

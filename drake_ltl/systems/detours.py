@@ -3,19 +3,23 @@
 A navigation function has saddles, and among many bodies that stand close also other minima. Then travellers whose
 places are alike take those that leave the shortest ways (`exchange`). If that changes nothing, movers go on one after
 another, those first whose places lie innermost, each by way points around the others as they stand; every leg
-between way points has its own navigation function, and its own V. When some have arrived and bar the way of all
-others, all go at once again: under one navigation function those who stand in the way give way.
+between way points has its own navigation function, and its own V. If nobody left has a way, one that bars another's
+gets out of it, lets it by and follows (`evasion`). If that cannot be either, all go at once again: under one
+navigation function those who stand in the way give way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 
 from drake_ltl.multibody.measure import MeasuredModels
+from drake_ltl.navigation import StepRelations
 from drake_ltl.navigation.detour import arrival_order, detour, run_up
+from drake_ltl.navigation.evasion import evasion
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.drive_stages import set_out
 from drake_ltl.systems.exchange import better_rank, exchanged
@@ -66,6 +70,8 @@ class Detours:
         tasks = (*step.travels, *step.transports)
         if state.active != ALL:
             if state.way and self._passed(state, tasks[state.active], now):
+                if len(state.way) == 1 and state.lets_by != ALL:
+                    return self._on_its_way(state, step, state.lets_by, now) or self._next_mover(state, step, now)
                 return state.new_interval(now, way=state.way[1:])
             if not state.way and self.arrival.is_done(tasks[state.active], now):
                 return self._next_mover(state, step, now)
@@ -92,24 +98,47 @@ class Detours:
         return self._all_at_once(state, exchanged(self.program.steps[number], rank, self.models), now)
 
     def _all_at_once(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
-        state = state.new_interval(now, way=(), active=ALL)
+        state = state.new_interval(now, way=(), active=ALL, lets_by=ALL)
         for task in (*step.travels, *step.transports):
             state = started(state, task, self.models, now)
         return state
 
     def _next_mover(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
-        """The next mover in order that is not at its goal and can get there; all at once again if there is none."""
+        """The next mover in order that is not at its goal and can get there; else one that gets out of another's way;
+        else all at once again."""
         tasks = (*step.travels, *step.transports)
         order = arrival_order(np.array([self._place(task) for task in tasks]))
         after = order.index(state.active) + 1 if state.active != ALL else 0
         for index in order[after:] + order[:after]:
-            if not self.arrival.is_done(tasks[index], now) and (way := self._way(state, step, index, now)) is not None:
-                state = state.holding(now, but=frozenset({Mode.REACH}))
-                state = state.new_interval(now, way=tuple(way), active=index)
-                return started(state, tasks[index], self.models, now)
+            if going := self._on_its_way(state, step, index, now):
+                return going
+        if evading := self._evade(state, step, order, now):
+            return evading
         if state.active == ALL:
             return replace(state, slow_since=now.time)
         return self._all_at_once(state, step, now)
+
+    def _on_its_way(self, state: Progress, step: StepProgram, index: int, now: Measurement) -> Progress | None:
+        """With one mover on its way alone; None if it has arrived, or has none."""
+        tasks = (*step.travels, *step.transports)
+        if self.arrival.is_done(tasks[index], now) or (way := self._way(state, step, index, now)) is None:
+            return None
+        return self._alone(state, tasks[index], now, active=index, way=tuple(way), lets_by=ALL)
+
+    def _evade(self, state: Progress, step: StepProgram, order: list[int], now: Measurement) -> Progress | None:
+        """With one mover on its way to where it lets another by."""
+        tasks = (*step.travels, *step.transports)
+        relations = [self._relations(state, step, index, now) for index in range(len(tasks))]
+        for barred, evader in permutations(order, 2):
+            if self.arrival.is_done(tasks[barred], now):
+                continue
+            if way := evasion(relations[evader], relations[barred]):
+                return self._alone(state, tasks[evader], now, active=evader, way=tuple(way), lets_by=barred)
+        return None
+
+    def _alone(self, state: Progress, task: TravelTask | TransportTask, now: Measurement, **leg) -> Progress:
+        state = state.holding(now, but=frozenset({Mode.REACH})).new_interval(now, **leg)
+        return started(state, task, self.models, now)
 
     def _place(self, task: TravelTask | TransportTask) -> np.ndarray:
         """Centre of the mover's sphere at its goal (3,) [m]."""
@@ -118,17 +147,21 @@ class Detours:
     def _way(
         self, state: Progress, step: StepProgram, index: int, now: Measurement
     ) -> list[tuple[float, float]] | None:
+        relations = self._relations(state, step, index, now)
+        if any(relations.relations.violated(ends) for ends in (relations.start, relations.goal)):
+            return None  # somebody stands where this mover is to go
+        stuck_ahead_of_goal = state.active == index and not state.way
+        return run_up(relations) if stuck_ahead_of_goal else detour(relations)
+
+    def _relations(self, state: Progress, step: StepProgram, index: int, now: Measurement) -> StepRelations:
+        """Of one mover alone, all others standing where they are."""
         reaching = {task.weld.agent for task in (*step.grasps, *step.releases)}
         reaches = {
             name: reach_ends(signals.reach)
             for name, signals in zip(self.models.agents, state.agents, strict=True)
             if name in reaching
         }
-        relations = self.fields.relations(moving_tasks(step, Leg(index), self.models), now.snapshot, reaches)
-        if any(relations.relations.violated(ends) for ends in (relations.start, relations.goal)):
-            return None  # somebody stands where this mover is to go
-        stuck_ahead_of_goal = state.active == index and not state.way
-        return run_up(relations) if stuck_ahead_of_goal else detour(relations)
+        return self.fields.relations(moving_tasks(step, Leg(index), self.models), now.snapshot, reaches)
 
     def _passed(self, state: Progress, task: TravelTask | TransportTask, now: Measurement) -> bool:
         if isinstance(task, TravelTask):

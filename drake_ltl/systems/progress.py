@@ -54,6 +54,8 @@ class Progress:
     """Rank of the permutation by which travellers have taken each other's places, see `Leg`."""
     exchanges: int = 0
     """How often they have done so in this step."""
+    lets_by: int = ALL
+    """The mover that goes next, once the one on its way alone has got out of its way; ALL if that goes to its goal."""
 
     def with_agent(self, index: int, **changes) -> Progress:
         """With other signals for one agent."""

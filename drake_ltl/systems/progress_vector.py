@@ -12,8 +12,9 @@ from drake_ltl.systems.signals import Phase
 
 MOST_WAY_POINTS = 64
 """Of a detour; a longer one is cut there, and sought anew from where it ends."""
-HEADER = 10
-"""count, phase, step start, revision, interval, active mover, slow since, exchange, exchanges, number of way points"""
+HEADER = 11
+"""count, phase, step start, revision, interval, active mover, slow since, exchange, exchanges, mover that is let by,
+number of way points"""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,8 @@ class ProgressVector:
     def pack(self, progress: Progress) -> np.ndarray:
         way = progress.way[:MOST_WAY_POINTS]
         header = [progress.count, progress.phase, progress.step_start, progress.revision, progress.interval]
-        header += [progress.active, progress.slow_since, progress.exchange, progress.exchanges, len(way)]
+        header += [progress.active, progress.slow_since, progress.exchange, progress.exchanges]
+        header += [progress.lets_by, len(way)]
         padded = np.zeros((MOST_WAY_POINTS, 2))
         padded[: len(way)] = np.reshape(way, (-1, 2))
         agents = [([told.mode, told.grasp, told.stage], told.hold, told.reach) for told in progress.agents]
@@ -46,7 +48,8 @@ class ProgressVector:
 
     def unpack(self, vector: np.ndarray) -> Progress:
         header, way, anchor, *agents = np.split(vector.copy(), self._starts[:-1])
-        count, phase, step_start, revision, interval, active, slow_since, exchange, exchanges, ahead = header.tolist()
+        count, phase, step_start, revision, interval, active, slow_since, *last = header.tolist()
+        exchange, exchanges, lets_by, ahead = last
         return Progress(
             count=int(count),
             phase=Phase(int(phase)),
@@ -60,6 +63,7 @@ class ProgressVector:
             slow_since=slow_since,
             exchange=int(exchange),
             exchanges=int(exchanges),
+            lets_by=int(lets_by),
         )
 
     @staticmethod

@@ -178,6 +178,7 @@ class Supervision:
             slow_since=np.inf,
             exchange=0,
             exchanges=0,
+            lets_by=ALL,
         )
         step = self.step(state)
         for task in (*step.travels, *step.transports):

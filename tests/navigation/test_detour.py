@@ -75,6 +75,16 @@ def test_an_arm_that_stands_high_can_come_down_at_each_way_point():
         assert not step.relations.violated(step.at(np.array([[x, y, 0.4]])))
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.05, 0.1, 0.15])
+def test_a_gap_that_hardly_lets_a_mover_through_is_found(shift):
+    """Wherever it lies on the lattice: a wall of spheres across a region leaves 12 cm more than the mover is wide."""
+    wall = [(-10.0, shift + side * (1.31 + 1.0 + 1.5 * k), 1.0) for side in (1, -1) for k in range(3)]
+    step = relations((-12.0, 0.0), (-8.0, 0.0), wall, [RegionBall("p1", (-10.0, 0.0, 0.0), 5.0)], within=True)
+    way = detour(step)
+    assert way is not None
+    assert least_beta(step, way) > 0.0
+
+
 def test_none_where_there_is_no_way():
     ring = [(-10 + 5 * np.cos(a), 5 * np.sin(a), 1.0) for a in np.linspace(0, 2 * np.pi, 12, endpoint=False)]
     assert detour(relations((-10, 0), (10, 0), ring)) is None

@@ -212,3 +212,30 @@ def test_after_so_many_exchanges_they_go_one_by_one(gathering):
     stage, _, _ = barred(gathering)
     stage.progress = replace(stage.progress, exchanges=MOST_EXCHANGES)
     assert stage.stall().active != ALL
+
+
+def test_who_bars_another_lets_it_by_and_follows(gathering):
+    """Two stand in each other's places, and may exchange these no more."""
+    stage = Stage(gathering)
+    there = places(stage.supervision.step(stage.progress), stage.models)
+    tasks = stage.supervision.step(stage.progress).travels
+    for task, place in zip(tasks, there[[1, 0, 2]], strict=True):
+        stage.q[task.agent][2:] = task.q_goal[2:]
+        stage.put(task.agent, place)
+    stage.progress = replace(stage.progress, exchanges=MOST_EXCHANGES)
+    progress = stage.stall()
+    evader, barred = progress.active, progress.lets_by
+    assert {evader, barred} == {0, 1}
+    assert np.linalg.norm(np.array(progress.way[-1]) - there[evader][:2]) > 1.25
+    for _ in progress.way:
+        stage.put(tasks[evader].agent, stage.progress.way[0])
+        stage.time += 0.02
+        stage.progress = stage.supervision.advance(stage.progress, 0, stage.now)
+    assert (stage.progress.active, stage.progress.lets_by) == (barred, ALL)
+    modes = [signals.mode for signals in stage.progress.agents]
+    assert [modes[barred], modes[evader]] == [Mode.TRANSITION, Mode.HOLD]
+    stage.progress = replace(stage.progress, way=())
+    stage.put(tasks[barred].agent, there[barred])
+    stage.time += 0.02
+    stage.progress = stage.supervision.advance(stage.progress, 0, stage.now)
+    assert (stage.progress.active, stage.progress.lets_by) == (evader, ALL)

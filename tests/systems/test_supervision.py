@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from drake_ltl.systems import detours
 from drake_ltl.systems.detours import MOST_EXCHANGES, PASSED, PASSED_SPEED, STALL_TIME
 from drake_ltl.systems.legs import ALL
 from drake_ltl.systems.program import StepProgram, TravelTask
@@ -490,8 +491,10 @@ def test_a_mover_whose_goal_is_taken_waits_for_the_other(puppets, models):
     assert stage.look(STALL_TIME + 0.1).active == 1
 
 
-def test_all_wait_where_nobody_can_go(puppets, models, program):
-    """Both stand where the other is to go, and have exchanged places too often; all that is done is to look later."""
+def test_all_wait_where_nobody_can_go(puppets, models, monkeypatch):
+    """Both stand where the other is to go, have exchanged places too often, and there is nowhere to get out of the
+    way; all that is done is to look later."""
+    monkeypatch.setattr(detours, "evasion", lambda evader, barred: None)
     stage = stalled(puppets, models)
     stage.progress = replace(stage.progress, exchanges=MOST_EXCHANGES)
     goals = {task.agent: models.agents[task.agent].centre(task.q_goal)[:2] for task in stage.step.travels}
@@ -502,8 +505,9 @@ def test_all_wait_where_nobody_can_go(puppets, models, program):
     assert stage.modes() == {"a1": Mode.HOLD, "a2": Mode.TRANSITION, "a3": Mode.TRANSITION}
 
 
-def test_all_go_at_once_again_where_one_that_went_alone_bars_the_way(puppets, models):
-    """a2 is on its way alone and stalls; both stand where the other is to go: nobody can go alone, all start anew."""
+def test_all_go_at_once_again_where_one_that_went_alone_bars_the_way(puppets, models, monkeypatch):
+    """a2 is on its way alone and stalls; both stand where the other is to go, and nobody can get out of the way."""
+    monkeypatch.setattr(detours, "evasion", lambda evader, barred: None)
     stage = stalled(puppets, models)
     stage.progress = replace(stage.progress, exchanges=MOST_EXCHANGES)
     stage.look(STALL_TIME + 0.1)
