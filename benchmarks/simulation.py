@@ -112,10 +112,17 @@ def ten_agents() -> Scenario:
     return loads("\n".join(lines) + "\n")
 
 
+def case_ii_with_longer_steps() -> Scenario:
+    """Case ii at twice the usual time step of the plant."""
+    text = (EXAMPLES / "case_ii.yaml").read_text(encoding="utf-8")
+    return loads(f"{text}\nsimulation: {{time_step: 0.01}}\n", base=EXAMPLES)
+
+
 ARM = "package://drake_ltl_models/agents/planar_arm.urdf"
 SIDES = (("near", -10.0), ("far", 10.0))
 MISSIONS: dict[str, Callable[[], Scenario]] = {
     "case_ii": lambda: load(EXAMPLES / "case_ii.yaml"),
+    "case_ii_10_ms": case_ii_with_longer_steps,
     "case_i": lambda: load(EXAMPLES / "case_i.yaml"),
     "example_1": lambda: load(EXAMPLES / "example_1.yaml"),
     "ten_agents": ten_agents,
