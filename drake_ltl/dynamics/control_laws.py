@@ -38,6 +38,19 @@ def transition_torque(gravity: np.ndarray, gradient: np.ndarray, damping: np.nda
     return gravity - gradient - damping * qd
 
 
+def team_damping(damping: np.ndarray, mass: float) -> np.ndarray:
+    """The diagonal (6,) of K_O (rotational; translational) for a team of so much mass with its load [kg].
+
+    As told up to LIGHT; more mass is damped in proportion to its root, so that heavy teams overshoot as little: whoever
+    shoots over the place where a load is to be set down sets it down in full motion.
+    """
+    return damping * np.repeat([1.0, max(1.0, mass / LIGHT) ** 0.5], 3)
+
+
+LIGHT = 5.0
+"""[kg]: what weighs so much is damped by 0.6 of the critical damping at the usual gains."""
+
+
 def team_wrench(gravity: np.ndarray, gradient: np.ndarray, damping: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
     """What the team of (10b) shares: g_O - grad_x psi - K_O v_O, all (6,) [N m; N] at Oo."""
     return gravity - gradient - damping * V_WO

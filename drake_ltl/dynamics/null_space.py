@@ -14,10 +14,11 @@ object and team (null-space motion included) + sum of h_i, welds doing no work, 
 
 Projected, tau_0 would do the work qd_N^T tau_0 on the null-space motion qd_N, of any sign, and a heavy base would have
 to be brought up to the speed of its gripper by that work alone, all of it a rise of V. Unprojected, the load drags the
-base along by the spring. Nothing of the proof is lost: h = 0 where an interval begins, so that k psi stays below what
-it was, and nothing collides; and where all is at rest, the rows of x and y of (1a) say c_i grad psi = -f_i there, which
-adds up to grad psi = 0 in the plane: h takes nothing from where a load goes. At the goal all h_i vanish, for the whole
-team has then only been shifted. `null_space_projector` is the paper's projection, for those who want it.
+base along by the spring. Nothing of the proof is lost: h is finite where an interval begins (0 where a step does), so
+that k psi stays finite, and nothing collides; and where all is at rest, the rows of x and y of (1a) say c_i grad psi =
+-f_i there, which adds up to grad psi = 0 in the plane: h takes nothing from where a load goes. At the goal all h_i
+vanish, for the whole team has then only been shifted. `null_space_projector` is the paper's projection, for those who
+want it.
 """
 
 from __future__ import annotations

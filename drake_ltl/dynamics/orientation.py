@@ -110,6 +110,13 @@ def quaternion_mismatch(q_WO: np.ndarray, q_WO_goal: np.ndarray) -> tuple[float,
     return 4.0 * (x * x + y * y + z * z), np.array([4.0 * w * x, 4.0 * w * y, 4.0 * w * z])
 
 
+def tilt_mismatch(q_WO: np.ndarray, q_WO_goal: np.ndarray) -> tuple[float, tuple[float, float]]:
+    """1 - cos of the angle between the vertical and what is vertical at the goal, for quaternions (4,), and its slope
+    along omega_x and omega_y in W; turns about the vertical leave it as it is."""
+    w, x, y, z = _difference(q_WO, q_WO_goal)
+    return 2.0 * (x * x + y * y), (2.0 * (w * x - y * z), 2.0 * (w * y + x * z))
+
+
 def _difference(q_WB: np.ndarray, q_WA: np.ndarray) -> tuple[float, float, float, float]:
     """In numbers, which are quick."""
     a, b, c, d = q_WB.tolist()

@@ -195,11 +195,11 @@ class Leg:
         self._wait()
         losses, holds = self.going.losses, self.holds()
         carrying = {name for task in self._step.transports if sound(task, losses) for name in task.team}
+        supervisor.SetDown(self._own, holds)
+        if any(told.mode == Mode.REACH for told in supervisor.GetProgress(self._own).agents):
+            self._restart_monitors()
+            self._wait()
         if wanted := holds.keys() - carrying:
-            supervisor.SetDown(self._own, wanted)
-            if any(told.mode == Mode.REACH for told in supervisor.GetProgress(self._own).agents):
-                self._restart_monitors()
-                self._wait()
             supervisor.LetGo(self._own, wanted)
             self._apply_grasps()
             self._restart_monitors()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_ltl.diagrams.mission_diagram import MissionDiagram
+from drake_ltl.dynamics.load_spring import LoadSpring
 from drake_ltl.execution.crew_motion import CrewMotion
 from drake_ltl.execution.intervals import Interval
 from drake_ltl.multibody.agent_model import AgentModel
@@ -60,16 +61,19 @@ def lyapunov_values(
         motion: of `bodies`, with the energy of `moving_velocities`.
     """
     V, builder = np.zeros(len(motion.kinetic_energy)), FieldBuilder(mission.scenario, mission.models)
+    begins: dict[int, int] = {}  # of steps: where springs rest
     for interval in intervals:
         here = interval.rows
+        begin = begins.setdefault(interval.step, here.start)
         V[here] = mission.scenario.controller.force * _potential(mission, builder, interval, bodies, motion)
         V[here] += motion.kinetic_energy[here]
         for task in interval.moving.travels:
             V[here] += _drive_energy(mission.models.agents[task.agent], bodies, here)
         for task in interval.moving.transports:
             V[here] += _kinetic_energy(mission, task.object, bodies, here)
+            V[here] += LoadSpring(task.p_goal, task.orientation_goal).energy(bodies.pose[task.object][here])
             for name in task.team:
-                V[here] += _posture_energy(mission.models.agents[name], bodies.q[name], motion, here, name)
+                V[here] += _posture_energy(mission.models.agents[name], bodies.q[name], begin, motion, here)
     return np.where(np.isfinite(V), V, TOUCHING)
 
 
@@ -111,9 +115,11 @@ def _drive_energy(model: AgentModel, bodies: Bodies, here: slice) -> np.ndarray 
     return np.array([model.energy(*row) for row in zip(bodies.q[name][here], bodies.qd[name][here], strict=True)])
 
 
-def _posture_energy(model: AgentModel, q: np.ndarray, motion: CrewMotion, here: slice, name: str) -> np.ndarray | float:
-    """h of a redundant agent that carries; its spring rests where the interval began."""
+def _posture_energy(
+    model: AgentModel, q: np.ndarray, begin: int, motion: CrewMotion, here: slice
+) -> np.ndarray | float:
+    """h of a redundant agent that carries; its spring rests where the step began."""
     if not model.is_redundant:
         return 0.0
-    spring = posture_spring(model, q[here.start])
-    return np.array([spring.energy(*row) for row in zip(q[here], motion.grasp_jacobian[name][here], strict=True)])
+    spring, J = posture_spring(model, q[begin]), motion.grasp_jacobian[model.agent.name]
+    return np.array([spring.energy(*row) for row in zip(q[here], J[here], strict=True)])

@@ -1,7 +1,7 @@
 """What a run leaves behind: everything a verdict needs, as plain arrays in one file.
 
 The file is a NumPy archive (.npz, readable from any language with a zip and a simple header) with one JSON header:
-an open format that needs no library beyond numpy, and bytes that depend on the run alone. Its version is 4; files of
+an open format that needs no library beyond numpy, and bytes that depend on the run alone. Its version is 6; files of
 older ones are read too (`recording_versions`).
 """
 
@@ -120,7 +120,7 @@ class Recording:
     """The scenario's."""
     lacks: tuple[str, ...] = ()
     """What the file's older version did not have: of fields, arrays are 0 here, `intervals` and `monitored` are empty;
-    `gathering` is today's potential (`recording_versions`)."""
+    `gathering` and `lift` are today's V (`recording_versions`)."""
     monitored: tuple[Violation, ...] = ()
     """What monitors saw go wrong while the run went on, in order of time."""
 

@@ -6,6 +6,7 @@ version 2   without gaps (they are worked out of the motion), with `intervals`; 
 version 3   with `seed` and `lacks`
 version 4   with `monitored`
 version 5   the potential grows with distance where many gather, and kappa with the relations of all levels: `gathering`
+version 6   loads are lifted and held level, and springs rest where the step began: `lift`
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.scenario import yaml_text
 
-VERSION = 5
+VERSION = 6
 
 Parts = tuple[dict[str, Any], dict[str, np.ndarray]]
 """Header and arrays of a file."""
@@ -58,6 +59,10 @@ def _from_4(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
     header["lacks"] = [*header["lacks"], "gathering"]
 
 
+def _from_5(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    header["lacks"] = [*header["lacks"], "lift"]
+
+
 def _seed(scenario: str) -> int:
     """What the scenario's text says; 0, as there, if it says nothing."""
     try:
@@ -73,4 +78,5 @@ _STEPS: dict[int, Callable[[dict[str, Any], dict[str, np.ndarray]], None]] = {
     2: _from_2,
     3: _from_3,
     4: _from_4,
+    5: _from_5,
 }

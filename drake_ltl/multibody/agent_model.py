@@ -29,6 +29,8 @@ POSTURE_FREQUENCY = 40.0
 ease, so that loads stay upright and a base that is dragged along lags by a few centimetres."""
 POSTURE_DAMPING = 0.7
 """Of that spring, relative to the critical one."""
+YAW_DAMPING = 1.5
+"""Of the yaw of who carries, for each kg [m^2/s]: a team swings about its load by a few tenths of its turn."""
 INERTIA_SAMPLES = 500
 """Postures of which the least inertia is taken."""
 NUM_BASE_JOINTS = 2
@@ -197,8 +199,11 @@ class AgentModel:
 
     @property
     def posture_damping(self) -> np.ndarray:
-        """(n,) [N m s/rad] that goes with it."""
-        return 2.0 * POSTURE_DAMPING / POSTURE_FREQUENCY * self.posture_stiffness
+        """(n,) [N m s/rad] that goes with it; some for the base's yaw too, or teams would swing about their load."""
+        damping = 2.0 * POSTURE_DAMPING / POSTURE_FREQUENCY * self.posture_stiffness
+        if self.yaw_direction:
+            damping[NUM_BASE_JOINTS] = YAW_DAMPING * self.mass
+        return damping
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """g_q(q) (n,) [N, N m] of (1a), the torque that balances gravity."""
@@ -230,6 +235,11 @@ class AgentModel:
         """c_i(q) (3,) [m] in W, the centre of the bounding sphere."""
         self.plant.SetPositions(self._context, q)
         return self._centre.CalcPoseInWorld(self._context).translation()
+
+    @cached_property
+    def mass(self) -> float:
+        """Of all that its joints move [kg]."""
+        return float(self.inertia(np.zeros(self.n))[0, 0])
 
     def mass_velocity(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Velocity (3,) [m/s] of its centre of mass in W."""

@@ -184,7 +184,7 @@ def _at_ease(model: AgentModel, X_WE: RigidTransform, q: np.ndarray) -> np.ndarr
         },
         options={"maxiter": 200, "ftol": 1e-10},
     )
-    q = _polish(model, X_WE, result.x)
+    q = polished(model, X_WE, result.x)
     return q if _meets(model, X_WE, q) else None
 
 
@@ -216,12 +216,13 @@ def _solve_from(model: AgentModel, X_WE: RigidTransform, guess: np.ndarray) -> n
     ik.AddOrientationConstraint(frame_W, X_WE.rotation(), frame_E, RotationMatrix(), ANGLE_TOLERANCE / 4)
     ik.prog().SetInitialGuess(ik.q(), guess)
     result = Solve(ik.prog())
-    q = _polish(model, X_WE, result.GetSolution(ik.q()))
+    q = polished(model, X_WE, result.GetSolution(ik.q()))
     return q if _meets(model, X_WE, q) else None
 
 
-def _polish(model: AgentModel, X_WE: RigidTransform, q: np.ndarray) -> np.ndarray:
-    """A few Gauss-Newton steps: the solver stops at its own feasibility tolerance."""
+def polished(model: AgentModel, X_WE: RigidTransform, q: np.ndarray) -> np.ndarray:
+    """q (n,) nearby whose gripper is at X_WE, or as close to it as an arm of few joints comes: some Gauss-Newton steps,
+    each as short as it can be."""
     for _ in range(5):
         q = q + np.linalg.lstsq(model.grasp_jacobian(q), pose_error(model.grasp_pose(q), X_WE), rcond=None)[0]
     return q

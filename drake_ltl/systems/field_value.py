@@ -1,4 +1,4 @@
-"""k Phi of a step's movers and its gradient, wherever their kinematics come from."""
+"""k Phi + h_O of a step's movers and its gradient, wherever their kinematics come from."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ class Kinematics(Protocol):
 
 @dataclass(frozen=True)
 class FieldValue:
-    """k Phi and its gradient with respect to all movers."""
+    """k Phi + h_O, the latter of all loads (`dynamics.load_spring`), and its gradient with respect to all movers."""
 
     potential: float
-    """k Phi [J]."""
+    """k Phi + h_O [J]."""
     agents: Mapping[str, np.ndarray]
     """k dPhi/dq_z (n_z,) of each traveller."""
     objects: Mapping[str, np.ndarray]
-    """k dPhi/dx (6,) (rotational; translational) of each carried object."""
+    """d(k Phi + h_O)/dx (6,) (rotational; translational) of each carried object."""
 
 
 REST = FieldValue(0.0, {}, {})
 
 
 def evaluate_field(field: StepField, force: float, models: Mapping[str, AgentModel], world: Kinematics) -> FieldValue:
-    """Value and gradient of force * Phi.
+    """Value and gradient of force * Phi + h_O.
 
     Raises:
         ExecutionError: a relation is violated, of those it names.
@@ -84,11 +84,15 @@ def evaluate_field(field: StepField, force: float, models: Mapping[str, AgentMod
         task.agent: _pulled_back(twice, slope, f, world.centre_jacobian(task.agent))
         for task, slope, f in zip(field.travels, slopes[:first], forces[:first], strict=True)
     }
-    objects = {
-        task.object: np.array([twice * s + along for s, along in zip(slope, (0.0, 0.0, 0.0, *f[:2], 0.0), strict=True)])
-        for task, slope, f in zip(field.transports, slopes[first:], forces[first:], strict=True)
-    }
-    return FieldValue(force * value, agents, objects)
+    potential, objects = force * value, {}
+    for task, spring, slope, (fx, fy, _) in zip(
+        field.transports, field.springs, slopes[first:], forces[first:], strict=True
+    ):
+        energy, pull = spring.value_and_slope(world.q(task.object))
+        potential += energy
+        rows = zip(slope, (0.0, 0.0, 0.0, fx, fy, 0.0), pull, strict=True)
+        objects[task.object] = np.array([twice * s + along + h for s, along, h in rows])
+    return FieldValue(potential, agents, objects)
 
 
 def _pulled_back(factor: float, slope: list[float], f: list[float], J: np.ndarray) -> np.ndarray:

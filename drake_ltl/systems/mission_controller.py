@@ -63,8 +63,6 @@ class MissionController(LeafSystem):
         self._q, self._qd = span(places.q), span(places.qd)
         self._models, self._settings = models, scenario.controller
         self._orders = LatestOrders(program, scenario, models, self._crew.rows)
-        settings = scenario.controller
-        self._team_damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
         self._object_gravity = {name: body_gravity(model.mass) for name, model in models.objects.items()}
         self._state = self.DeclareVectorInputPort("state", places.size)
         self._progress = self.DeclareAbstractInputPort("progress", Value[object]())
@@ -126,7 +124,7 @@ class MissionController(LeafSystem):
     ) -> None:
         """(10b): adds what carries the load to the team's torques (n,)."""
         crew, places, name = self._crew, self._places, load.object
-        F_O, p_WO = self._wrench(name, gradient, x[places.velocity[name]]), x[places.pose[name]][4:]
+        F_O, p_WO = self._wrench(load, gradient, x[places.velocity[name]]), x[places.pose[name]][4:]
         for carrier in load.carriers:
             rows, J = carrier.rows, crew.grasp_jacobian(carrier.agent)
             p_OoEo_W = crew.grasp_position(carrier.agent) - p_WO
@@ -162,10 +160,10 @@ class MissionController(LeafSystem):
             damping[rows], velocity[rows] = traveller.damping.at(slope, qd[rows], partial(self._crew.inertia, name))
         return transition_torque(gravity, gradient, damping, velocity)
 
-    def _wrench(self, name: str, gradient: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
+    def _wrench(self, load: Load, gradient: np.ndarray, V_WO: np.ndarray) -> np.ndarray:
         """What a team shares of (10b)."""
-        damping = growing_damping(self._team_damping, hypot(*V_WO[3:].tolist()), self._settings.speed_limit)
-        return team_wrench(self._object_gravity[name], gradient, damping, V_WO)
+        damping = growing_damping(load.damping, hypot(*V_WO[3:].tolist()), self._settings.speed_limit)
+        return team_wrench(self._object_gravity[load.object], gradient, damping, V_WO)
 
     def _tracking_torque(self, context: Context, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Computed torques of those who hold or reach, g_q of all others. Leaves the crew at q."""

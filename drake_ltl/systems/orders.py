@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_ltl.dynamics import HeldDamping, check_load_shares
+from drake_ltl.dynamics import HeldDamping, check_load_shares, team_damping
 from drake_ltl.dynamics.null_space import PostureSpring
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
@@ -49,6 +49,8 @@ class Load:
 
     object: str
     carriers: tuple[Carrier, ...]
+    damping: np.ndarray
+    """Diagonal of K_O (6,) (rotational; translational) [N m s, N s/m]."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class LatestOrders:
         """`rows` says where each agent's joints are in stacked arrays."""
         settings, agents = scenario.controller, models.agents
         self._program, self._agents, self._rows = program, agents, rows
+        self._team_damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
+        self._masses = {name: model.mass for name, model in models.objects.items()}
         self._n = sum(model.n for model in agents.values())
         self._field, self._springs = LatestField(program, scenario, models), PostureSprings(agents)
         self._travellers = {
@@ -158,7 +162,8 @@ class LatestOrders:
             check_load_shares(task.shares)
             shares = dict(zip(self._agents, task.shares.tolist(), strict=True))
             team = [self._carrier(name, shares[name], anchor[name]) for name in task.team]
-            loads.append(Load(task.object, tuple(team)))
+            mass = self._masses[task.object] + sum(self._agents[name].mass for name in task.team)
+            loads.append(Load(task.object, tuple(team), team_damping(self._team_damping, mass)))
         return tuple(loads)
 
     def _carrier(self, name: str, share: float, anchor: np.ndarray) -> Carrier:

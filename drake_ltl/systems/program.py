@@ -15,7 +15,7 @@ from drake_ltl.scenario.model import Scenario
 
 SAME_PLACE = 0.06
 """An agent that stands this close to its stand-off [m] approaches from where it is (twice the goal tolerance)."""
-PRESSED = 0.008
+PRESSED = 6e-4
 """A load's goal lies this deep in the floor [m]: one that is a little lighter than its team knows would else end in the
 air, and drop when it is let go."""
 

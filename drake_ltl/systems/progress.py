@@ -40,7 +40,7 @@ class Progress:
     revision: int
     """Counts changes of commanded grasps."""
     anchor: np.ndarray
-    """All configurations and all objects' origins when the interval began."""
+    """All configurations and all objects' origins when the interval began; of who holds anything, when the step did."""
     agents: tuple[AgentSignals, ...]
     interval: int = 0
     """Counts, within the step, the intervals of one navigation function each."""
@@ -64,8 +64,14 @@ class Progress:
         return replace(self, agents=tuple(agents))
 
     def new_interval(self, now: Measurement, **changes) -> Progress:
-        """With another navigation function from now on."""
-        return replace(self, interval=self.interval + 1, anchor=now.anchor, slow_since=np.inf, **changes)
+        """With another navigation function from now on. Springs of those who carry stay at rest where the step began,
+        with the load on the floor: else they would hold it up there."""
+        anchor, start = now.anchor, 0
+        for signals in self.agents:
+            rows = slice(start, start := start + len(signals.hold))
+            if signals.grasp != NO_GRASP:
+                anchor[rows] = self.anchor[rows]
+        return replace(self, interval=self.interval + 1, anchor=anchor, slow_since=np.inf, **changes)
 
     def holding(self, now: Measurement, but: frozenset[int] = frozenset()) -> Progress:
         """With every agent holding where it is, except in the modes `but`; who held before keeps its place."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import STANDOFF_GAP, MeasuredModels
+from drake_ltl.multibody.postures import polished
 from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
 from drake_ltl.systems.legs import ALL
 from drake_ltl.systems.program import GraspTask, ReleaseTask, Weld
@@ -53,15 +54,18 @@ class SafeMode:
         return state
 
     def set_down(self, state: Progress, now: Measurement, agents: Iterable[str]) -> Progress:
-        """What some agents hold above the floor, being lighter than was believed, they lower to where it can stand."""
+        """What some agents hold above the floor, as everything is that is carried, they lower straight to where it can
+        stand."""
         wanted = set(agents)
         for index, (name, told) in enumerate(zip(self.models.agents, state.agents, strict=True)):
             if name in wanted and told.grasp != NO_GRASP:
                 weld, q = self.welds[told.grasp], now.q[name]
                 obj, p_WO = self.models.objects[weld.object], now.X_WO[weld.object].translation()
                 if p_WO[2] - obj.height > LIFTED:
-                    goal = self.models.grasp(name, weld.object, weld.option).q.copy()
-                    goal[:NUM_BASE_JOINTS] += p_WO[:NUM_BASE_JOINTS]
+                    model = self.models.agents[name]
+                    X_WE = model.grasp_pose(q)
+                    X_WE.set_translation(X_WE.translation() - [0.0, 0.0, p_WO[2] - obj.height])
+                    goal = polished(model, X_WE, q)
                     state = state.with_agent(index, mode=Mode.REACH, reach=pack_reach(now.time, BACKING_TIME, q, goal))
         return state
 

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from drake_ltl.dynamics.load_spring import LoadSpring
 from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.navigation import (
@@ -53,6 +54,11 @@ class StepField:
     transports: tuple[TransportTask, ...]
     relations: StepRelations
     function: NavigationFunction
+
+    @cached_property
+    def springs(self) -> tuple[LoadSpring, ...]:
+        """Of the carried objects."""
+        return tuple(LoadSpring(task.p_goal, task.orientation_goal) for task in self.transports)
 
     @cached_property
     def potential(self) -> MoverPotential:

@@ -15,6 +15,7 @@ from drake_ltl.dynamics import (
     check_load_shares,
     growing_damping,
     speed_of,
+    team_damping,
     team_wrench,
     transport_torque,
 )
@@ -57,8 +58,9 @@ def TransportController_(T):
             *,
             converter=None,
         ):
-            """`damping` is the diagonal (6,) of K_O (rotational; translational) [N m s, N s/m], all positive; it grows
-            beyond `speed_limit` of the object [m/s], see `dynamics.growing_damping`."""
+            """`damping` is the diagonal (6,) of K_O (rotational; translational) [N m s, N s/m] of light teams, all
+            positive; it grows with their mass, see `dynamics.team_damping`, and beyond `speed_limit` of the object
+            [m/s], see `dynamics.growing_damping`."""
             LeafSystem_[T].__init__(self, converter)
             name = obj.object.name
             self.set_name(f"transport_{name}")
@@ -78,7 +80,7 @@ def TransportController_(T):
             self._wrench = self.DeclareCacheEntry(
                 "team_wrench",
                 ValueProducer(allocate=Value[object], calc=self._calc_wrench),
-                prerequisites_of_calc={self._object.ticket(), self._gradient.ticket()},
+                prerequisites_of_calc={self._object.ticket(), self._gradient.ticket(), self._checked_shares.ticket()},
             )
             self._state, self._torque, self._anchor = {}, {}, {}
             with_arms = [(i, *item) for i, item in enumerate(self._agents.items()) if item[1].has_arm]
@@ -121,8 +123,13 @@ def TransportController_(T):
 
         def _calc_wrench(self, context: Context, value) -> None:
             V_WO = self._object.Eval(context)[7:]
-            damping = growing_damping(self._damping, speed_of(V_WO[3:]), self._speed_limit)
+            damping = growing_damping(self._team_damping(context), speed_of(V_WO[3:]), self._speed_limit)
             value.set_value(team_wrench(self._gravity, self._gradient.Eval(context), damping, V_WO))
+
+        def _team_damping(self, context: Context) -> np.ndarray:
+            shares = self._checked_shares.Eval(context)
+            team = (model.mass for model, share in zip(self._agents.values(), shares, strict=True) if share > 0.0)
+            return team_damping(self._damping, self._object_model.mass + sum(team))
 
         def _calc_shares(self, context: Context, value) -> None:
             shares = self._shares.Eval(context)

@@ -1,5 +1,5 @@
-"""V = k psi(w) + kinetic energy + h of redundant carriers, formed from the recorded motion: another hand than the one
-that steers.
+"""V = k psi(w) + kinetic energy + h of redundant carriers + h_O of loads, formed from the recorded motion: another hand
+than the one that steers.
 
 w = gamma / (G / G_goal)^(1/kappa), where gamma adds the squared errors of all movers and G is the product of the
 paper's functions beta, one for every pair of spheres that must stay apart (or of its relation verification functions);
@@ -18,6 +18,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import IntervalRecord, Recording
 from drake_ltl.scenario.model import ControllerSettings, Scenario
+from drake_ltl.verification.poses import rotations
 
 if TYPE_CHECKING:
     from drake_ltl.navigation import RelationSets
@@ -26,6 +27,11 @@ LEAST_KAPPA, KAPPA_PER_FACTOR = 12.0, 1.25
 """kappa where the scenario leaves it open."""
 MOST_POWER = 0.8
 """Of w in the pseudo-Huber shaping."""
+LIFT, DESCENT = 0.05, 0.2
+"""How high loads are carried, and at which distance from their goals they have come down by half [m]."""
+HEIGHT_STIFFNESS, TILT_STIFFNESS = 1000.0, 60.0
+"""What holds them there, and level [N/m, N m/rad]."""
+TINY = 1e-300
 TOUCHING = 1e300
 """V where spheres touch [J]: in place of infinity, so that differences stay numbers."""
 
@@ -94,7 +100,7 @@ def lyapunov(motion: Motion, interval: Interval, rows: np.ndarray) -> np.ndarray
         w = np.where(touching, 0.0, _gamma(motion, record, rows) * np.exp((at_goal - here) / kappa))
     is_closer = gathering and bool(at_goal < here.flat[0])  # at the goals than at the start
     psi = _psi(settings, kappa, w, len(movers) if is_closer else 1)
-    energy = _energy(motion, record, rows) + _posture_energy(motion, record, rows)
+    energy = _energy(motion, record, rows) + _posture_energy(motion, record, rows) + _load_energy(motion, record, rows)
     return np.where(touching, TOUCHING, settings.force * psi + energy)
 
 
@@ -179,9 +185,26 @@ def _energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndar
 
 
 def _posture_energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
-    """h of the redundant agents that carry; their springs rest where the interval began."""
+    """h of the redundant agents that carry; their springs rest where the step began."""
+    recording = motion.recording
+    begin = int(rows[0]) if "lift" in recording.lacks else int(np.argmax(recording.step == record.step))
     springs = [motion.posture_energy[name] for name in _carriers(motion, record) if name in motion.posture_energy]
-    return sum((energy(int(rows[0]), rows) for energy in springs), np.zeros(len(rows)))
+    return sum((energy(begin, rows) for energy in springs), np.zeros(len(rows)))
+
+
+def _load_energy(motion: Motion, record: IntervalRecord, rows: np.ndarray) -> np.ndarray:
+    """h_O of what is carried: off the height at which it should be at its distance from the goal, and tilted."""
+    h = np.zeros(len(rows))
+    if "lift" in motion.recording.lacks:
+        return h
+    for name, goal in record.transports.items():
+        pose = motion.recording.pose[name][rows]
+        away = ((pose[:, 4:6] - goal[:2]) ** 2).sum(axis=1)
+        height = goal[2] + LIFT / (1.0 + DESCENT**2 / np.maximum(away, TINY))
+        up = rotations(pose) * rotations(motion.orientation_goals[record.step, name][None]).inv()
+        h += HEIGHT_STIFFNESS / 2.0 * (pose[:, 6] - height) ** 2
+        h += TILT_STIFFNESS * (1.0 - up.as_matrix()[:, 2, 2])
+    return h
 
 
 def _carriers(motion: Motion, record: IntervalRecord) -> list[str]:

@@ -10,6 +10,7 @@ from drake_ltl.mission import measure, plan_and_place, simulate
 from drake_ltl.multibody import AgentModel
 from drake_ltl.scenario import loads
 from drake_ltl.verification import verify
+from drake_ltl.verification.poses import rotations
 
 pytestmark = pytest.mark.mission
 
@@ -50,9 +51,22 @@ def test_teams_carry(team):
     assert sum(action["kind"] == "transport" for step in recording.steps for action in step.actions) == 2
     assert verdict.max_lyapunov_increase <= 1e-6
     carrying = (recording.mode >= 3).all(axis=1)
+    assert_lifted(recording)
     for name, model in agents.items():
         if model.is_redundant:
             assert_at_ease(model, recording.q[name], carrying)
+
+
+def assert_lifted(recording) -> None:
+    """Once it is lifted, no foot of the crate touches the floor on the way, however it tilts."""
+    feet = np.array([[x, y, -0.25] for x in (-0.2, 0.2) for y in (-0.2, 0.2)])
+    for step in recording.steps[-2:]:
+        now = recording.step == step.number
+        pose, time = recording.pose["crate"][now], recording.time[now]
+        away = np.linalg.norm(pose[:, 4:6] - pose[-1, 4:6], axis=1)
+        under_way = pose[(time >= time[0] + 0.5) & (away >= 0.3)]
+        low = under_way[:, 6] + (rotations(under_way).as_matrix()[:, 2] @ feet.T).min(axis=1)
+        assert low.min() > 2e-3  # [m], what contact may give way
 
 
 def assert_at_ease(model: AgentModel, q: np.ndarray, carrying: np.ndarray) -> None:

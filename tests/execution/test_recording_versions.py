@@ -59,7 +59,10 @@ def write(path: Path, header: dict, arrays: dict[str, np.ndarray]) -> Path:
 
 @pytest.mark.parametrize(
     ("version", "lacks"),
-    [(1, ("intervals", "effort", "manipulability", "gathering")), (2, ("effort", "manipulability", "gathering"))],
+    [
+        (1, ("intervals", "effort", "manipulability", "gathering", "lift")),
+        (2, ("effort", "manipulability", "gathering", "lift")),
+    ],
 )
 def test_old_files_are_read(tmp_path, version, lacks):
     arrays = arrays_of(version)
@@ -76,7 +79,7 @@ def test_old_files_are_read(tmp_path, version, lacks):
 def test_efforts_that_are_there_are_kept(tmp_path):
     arrays = arrays_of(2) | {name: np.full((SAMPLES, 1), 0.5) for name in ("effort", "manipulability")}
     recording = Recording.load(write(tmp_path / "old.npz", header_of(2), arrays))
-    assert recording.lacks == ("gathering",)
+    assert recording.lacks == ("gathering", "lift")
     np.testing.assert_array_equal(recording.effort, arrays["effort"])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
+from drake_ltl.dynamics.load_spring import LIFT
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.fault_monitors import (
@@ -18,6 +19,7 @@ from drake_ltl.systems.fault_monitors import (
     ObjectMonitor,
 )
 from drake_ltl.systems.fault_monitors.door import CLOSED_TIME
+from drake_ltl.systems.fault_monitors.objects import OFF
 from drake_ltl.systems.program import all_welds
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
@@ -183,7 +185,9 @@ def test_a_load_that_rises_is_noticed(places, case_ii, models, x):
     watched, told = Watched(LoadMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSPORT] * 3)
     assert watched.look(told, state=x) == []
     x = x.copy()
-    x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1]
+    x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, LIFT]
+    assert watched.look(told, state=x) == []  # as high as loads are carried
+    x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, OFF + 0.001]
     assert watched.look(told, state=x) == ["o1 does not stay at the height at which it is carried"]
 
 

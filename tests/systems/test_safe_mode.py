@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from drake_ltl.multibody.postures import polished
 from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
 from drake_ltl.systems.program import GraspTask, ReleaseTask, all_welds
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
@@ -80,14 +81,16 @@ def test_what_is_held_in_the_air_is_set_down(safe_mode, now, weld, models):
     """Gripper and object come down together, straight, to where the object stands."""
     (index, own), height = weld, models.objects["o1"].height
     lifted = RigidTransform(now.X_WO["o1"].rotation(), [0.3, -0.2, height + 0.05])
-    later = replace(now, X_WO={**now.X_WO, "o1": lifted})
+    X_OE = models.grasp("a1", "o1", own.option).X_OE
+    q = polished(models.agents["a1"], lifted @ X_OE, now.q["a1"] + [0.3, -0.2, 0.0, 0.0])
+    later = replace(now, q={**now.q, "a1": q}, X_WO={**now.X_WO, "o1": lifted})
     held = progress(later, Mode.HOLD, Mode.HOLD, Mode.HOLD, grasp=index)
     state = safe_mode.set_down(held, later, ["a1", "a3"])
     assert [told.mode for told in state.agents] == [Mode.REACH, Mode.HOLD, Mode.HOLD]
     assert state.agents[0].grasp == index
     gripper = models.agents["a1"].grasp_pose(reach_ends(state.agents[0].reach)[1])
     stands = RigidTransform([0.3, -0.2, height])
-    assert gripper.IsNearlyEqualTo(stands @ models.grasp("a1", "o1", own.option).X_OE, 1e-6)
+    assert gripper.IsNearlyEqualTo(stands @ X_OE, 1e-6)
     assert safe_mode.set_down(held, now, ["a1"]) is held  # it stands already
 
 
