@@ -86,6 +86,7 @@ CASES = (
         "{kind: sensors, position_noise: 0.0002, velocity_noise: 0.002, delay: 0.01}",
         "noise of 0.2 mm and 2 mm/s, 10 ms late",
     ),
+    Case("crossing", "{kind: sensors, delay: 0.04}", "drives alone, all is seen 40 ms late"),
     Case("courier", "{kind: push, object: crate, time: 2.0, impulse: [0.3, 0.3]}", "the crate is pushed by 0.42 N s"),
     Case("case_ii", "{kind: agent_stops, agent: a3, time: 20.0}", "a3 stops on its way; nobody else can help"),
     Case("case_ii", "{kind: weld_breaks, agent: a2, step: 3}", "the grasp of a2 breaks while it carries"),

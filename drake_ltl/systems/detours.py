@@ -10,7 +10,6 @@ navigation function those who stand in the way give way.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import permutations
 
@@ -81,9 +80,14 @@ class Detours:
             return state
         if state.slow_since == np.inf:
             return replace(state, slow_since=now.time)
-        if now.time - state.slow_since < STALL_TIME or not _rest(step.travels, now):
+        if now.time - state.slow_since < STALL_TIME or not self.may_begin_anew(step, now):
             return state
         return self._exchange(state, step, now) or self._next_mover(state, step, now)
+
+    def may_begin_anew(self, step: StepProgram, now: Measurement) -> bool:
+        """Whether V may: no mover is on its way, wheels and all."""
+        moving = [now.qd[task.agent] for task in step.travels] + [now.V_WO[task.object] for task in step.transports]
+        return all(np.abs(rates).max() <= AT_REST for rates in moving)
 
     def _exchange(self, state: Progress, step: StepProgram, now: Measurement) -> Progress | None:
         """All at once again, some of them to other places, if that leaves shorter ways."""
@@ -170,8 +174,3 @@ class Detours:
             here = now.X_WO[task.object].translation()
         slow = len(state.way) > 1 or self.arrival.speed(task, now) <= PASSED_SPEED
         return slow and float(np.linalg.norm(here[:2] - state.way[0])) <= PASSED
-
-
-def _rest(travels: Iterable[TravelTask], now: Measurement) -> bool:
-    """Whether V may begin anew; who carries is slow in all joints, or there would be no stall."""
-    return all(np.abs(now.qd[task.agent]).max() <= AT_REST for task in travels)

@@ -34,7 +34,8 @@ REACH_SPEED = 0.3
 LEAST_REACH_TIME = 1.0
 """[s]"""
 PATIENCE = 0.8
-"""An approach that ends off the grasp is corrected this long after its end [s]."""
+"""An approach that ends off the grasp is corrected this long after its end [s], but not while others are on their way,
+for V begins anew then."""
 
 UNREST = 1.5
 """A step does not end while who only holds is faster than the tolerance by this factor; verdicts bear 2."""
@@ -238,7 +239,8 @@ class Supervision:
         if self._arrival.can_weld(task, now):
             state = self._set(state, name, grasp=task.weld_index)
             return replace(state, revision=state.revision + 1)
-        if now.time >= signals.reach[0] + signals.reach[1] + PATIENCE:
+        late = now.time >= signals.reach[0] + signals.reach[1] + PATIENCE
+        if late and (state.phase is Phase.REACH or self._detours.may_begin_anew(self.step(state), now)):
             return self._approach(state.new_interval(now), task, now)  # phi keeps clear of the new way
         return state
 

@@ -278,6 +278,27 @@ def test_no_weld_is_commanded_before_the_approach_has_ended(at_step):
     assert stage.signals()["a1"].grasp == NO_GRASP
 
 
+def test_a_missed_approach_is_not_corrected_while_others_are_on_their_way(at_step, program):
+    """V would begin anew with them."""
+    stage = approaching(at_step)
+    X = stage.world.X_WO["o1"]
+    stage.world.X_WO["o1"] = RigidTransform(X.rotation(), X.translation() + np.array([0.004, 0.003, 0.0]))
+    (task,) = (task for task in program.steps[0].travels if task.agent == "a2")
+    steps = list(program.steps)
+    steps[FIRST_GRASPS_AT_HAND] = replace(
+        steps[FIRST_GRASPS_AT_HAND], travels=(replace(task, q_goal=task.q_goal + 9.0),)
+    )
+    stage.supervision.program = replace(program, steps=tuple(steps))
+    first, interval = stage.signals()["a1"].reach, stage.progress.interval
+    stage.world.qd["a2"][0] = 0.3
+    stage.look(2.0 * PATIENCE)
+    np.testing.assert_array_equal(stage.signals()["a1"].reach, first)
+    assert stage.progress.interval == interval
+    stage.world.qd["a2"][0] = 0.0
+    stage.look()
+    assert stage.progress.interval > interval
+
+
 def test_a_missed_approach_is_corrected(at_step, models):
     """The object was pushed away by 5 mm meanwhile: a second approach aims at where it is now."""
     stage = approaching(at_step)
