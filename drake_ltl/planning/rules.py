@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from drake_ltl.planning.backjumping import Assignment, Constraint
+from drake_ltl.planning.exits import exit_constraints
 from drake_ltl.planning.passages import passage_constraints
 from drake_ltl.planning.places import Places, Quantity, constant
 from drake_ltl.planning.plan import Action
@@ -74,8 +75,8 @@ class Rules:
             found.setdefault(key, constraint)
         for move in range(len(self._timeline.moves)):
             after = self._timeline.after(move)
-            passages = passage_constraints(self._places, move)
-            for key, constraint in (*self._in_move(move), *self._at_state(after, move), *passages):
+            ways = (*passage_constraints(self._places, move), *exit_constraints(self._places, move))
+            for key, constraint in (*self._in_move(move), *self._at_state(after, move), *ways):
                 found.setdefault(key, constraint)
         return sorted(found.values(), key=lambda constraint: constraint.step)
 
