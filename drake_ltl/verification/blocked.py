@@ -6,13 +6,14 @@ deep a sphere is in a region is r + r_k - |c - c_k|: not positive outside, 2 r o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from drake_ltl.execution.recording import Recording
-from drake_ltl.scenario.faults import Fault
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.verification.befallen import since
 from drake_ltl.verification.intervals import BRAKING
 from drake_ltl.verification.regions import ROUNDING, excess, radius
 from drake_ltl.verification.spans import Span
@@ -29,11 +30,10 @@ def blocked_violations(recording: Recording, scenario: Scenario, spans: Sequence
     come farther by the way on which they brake.
     """
     for fault in scenario.faults:
-        since = _since(fault, recording)
-        if fault.kind != "blocked_region" or since is None:
+        if fault.kind != "blocked_region" or since(fault, recording) == math.inf:
             continue
         region = scenario.region(fault.who)
-        first = int(np.searchsorted(recording.time, since + NOTICED_WITHIN))
+        first = int(np.searchsorted(recording.time, since(fault, recording) + NOTICED_WITHIN))
         for member in (*recording.agents, *recording.objects):
             out, size = excess(recording, member, region), 2.0 * radius(recording, member)
             for span in spans:
@@ -42,13 +42,6 @@ def blocked_violations(recording: Recording, scenario: Scenario, spans: Sequence
                 what = f"{member} enters {region.name}, which is blocked"
                 violation = Violation("region", (member, region.name), what, step=span.number, unit="m")
                 yield from where_bad(violation, entered, size - out[rows], recording.time[rows])
-
-
-def _since(fault: Fault, recording: Recording) -> float | None:
-    """When it happens [s]; None if the run does not come so far."""
-    if fault.step is None:
-        return fault.time
-    return recording.steps[fault.step - 1].start if fault.step <= len(recording.steps) else None
 
 
 def _entered(out: np.ndarray, size: float, way: float) -> np.ndarray:

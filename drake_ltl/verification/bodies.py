@@ -5,7 +5,7 @@ Clearances between spheres are clearances between bodies only if this holds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -23,11 +23,13 @@ SINK = 2e-3
 """How far an object may sink into the floor, or stand above it while nobody grasps it [m]: contact is slightly soft."""
 
 
-def body_violations(recording: Recording, mechanics: Mechanics, span: Span, roles: Roles) -> Iterator[Violation]:
-    """What is wrong with the spheres and the objects of one step."""
+def body_violations(
+    recording: Recording, mechanics: Mechanics, span: Span, roles: Roles, breaks: Mapping[str, float]
+) -> Iterator[Violation]:
+    """What is wrong with the spheres and the objects of one step; `breaks` as for `grasps.weld_errors`."""
     yield from _centres(recording, mechanics, span)
     yield from _covered(recording, mechanics, span)
-    yield from _teams_covered(recording, mechanics, span, roles)
+    yield from _teams_covered(recording, mechanics, span, roles, breaks)
     yield from _on_the_floor(recording, mechanics, span)
     yield from _within_limits(recording, mechanics, span)
 
@@ -51,14 +53,16 @@ def _covered(recording: Recording, mechanics: Mechanics, span: Span) -> Iterator
         yield from _beyond(recording, mechanics, span, reach - radius, (name,), f"{name} reaches out of its sphere")
 
 
-def _teams_covered(recording: Recording, mechanics: Mechanics, span: Span, roles: Roles) -> Iterator[Violation]:
-    objects = recording.objects
+def _teams_covered(
+    recording: Recording, mechanics: Mechanics, span: Span, roles: Roles, breaks: Mapping[str, float]
+) -> Iterator[Violation]:
+    objects, seen = recording.objects, recording.time[mechanics.seen]
     for mover in roles.transports:
         for agent in mover.team:
             beyond = mechanics.team_reach[mover.name, agent] - recording.team_radius[mover.name]
             what = f"{agent} reaches out of the sphere of the team that carries {mover.name}"
-            if span.halted and agent in span.faulty:  # it may have lost its grasp
-                continue
+            if span.halted and agent in span.faulty and agent in breaks:  # it may have lost its grasp
+                beyond = np.where(seen < breaks[agent], beyond, -np.inf)
             if span.halted:  # once it has let go it is no longer of the team
                 held = recording.grasp[mechanics.seen, recording.agents.index(agent)] == objects.index(mover.name)
                 beyond = np.where(held, beyond, -np.inf)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -41,13 +41,18 @@ def grasp_violations(
         if len(stray):
             what = f"{agent} is welded to {_named(recording, welded[stray[0]])} instead of {_named(recording, old)}"
             yield Violation("grasp", (agent,), what, float(time[stray[0]]), span.number)
-        elif len(switches) > 1 + span.halted:
+        elif len(switches) > 1 and not (span.halted and _grasps_and_lets_go(welded[[0, *switches]])):
             what = f"{agent} changes its grasp {len(switches)} times in one step"
             yield Violation("grasp", (agent,), what, float(time[switches[1]]), span.number)
         elif span.finished and not span.halted and old != new and welded[-1] == old:
             verb = "grasped" if agent in roles.grasping else "released"
             what = f"{agent} has not {verb} {recording.objects[max(old, new)]}"
             yield Violation("grasp", (agent,), what, float(time[-1]), span.number)
+
+
+def _grasps_and_lets_go(welded: np.ndarray) -> bool:
+    """Whether somebody who holds nothing grasps, and lets go in safe mode: who has let go grasps nothing again."""
+    return len(welded) == 3 and welded[0] == welded[2] == NOTHING
 
 
 @dataclass(frozen=True)
@@ -60,10 +65,16 @@ class WeldErrors:
     """(T, N) [rad]"""
 
 
-def weld_errors(recording: Recording, mechanics: Mechanics, spans: Sequence[Span]) -> WeldErrors:
+def weld_errors(
+    recording: Recording, mechanics: Mechanics, spans: Sequence[Span], breaks: Mapping[str, float]
+) -> WeldErrors:
     """Worked out from joints and poses. A grasp frame is any turn of the object's ring frame about its axis; which
-    one is held shows when the weld begins. Where a fault befell an agent its grasp may have come open: nothing is said
-    of it."""
+    one is held shows when the weld begins.
+
+    Args:
+        breaks: agent -> since when a fault may have broken its grasp [s]; in a step that is halted for it nothing is
+            said of it from then on.
+    """
     gap, angle = np.zeros(recording.grasp.shape), np.zeros(recording.grasp.shape)
     for column, agent in enumerate(recording.agents):
         held = recording.grasp[:, column]
@@ -75,8 +86,10 @@ def weld_errors(recording: Recording, mechanics: Mechanics, spans: Sequence[Span
             gap[rows, column] = np.linalg.norm(X_OE[:, :3, 3] - X_OR[:3, 3], axis=1)
             angle[rows, column] = poses.angle(X_OR[:3, :3].T @ X_OE[:, :3, :3])
     for span in (span for span in spans if span.halted):
-        befallen = [recording.agents.index(name) for name in span.faulty if name in recording.agents]
-        gap[span.own, befallen] = angle[span.own, befallen] = 0.0
+        for name in set(span.faulty) & breaks.keys():
+            first = max(span.first, int(np.searchsorted(recording.time, breaks[name])))
+            rows, column = slice(first, span.last + 1), recording.agents.index(name)
+            gap[rows, column] = angle[rows, column] = 0.0
     return WeldErrors(gap, angle)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import Scenario, loads
+from drake_ltl.verification.befallen import befallen
 from drake_ltl.verification.blocked import blocked_violations
 from drake_ltl.verification.bodies import body_violations
 from drake_ltl.verification.clearances import (
@@ -85,7 +86,7 @@ def verify(
         mechanics = dataclasses.replace(mechanics, lyapunov=recording.lyapunov)
     run = _run(recording, scenario)
     clearances = [c for span, roles in run.pairs for c in step_clearances(recording, scenario, span, roles)]
-    welds = weld_errors(recording, mechanics, run.spans)
+    welds = weld_errors(recording, mechanics, run.spans, befallen(recording, scenario, "weld_breaks"))
     rises = lyapunov_rises(recording, mechanics.lyapunov, run.spans)
     nearest = inside_teams(recording, mechanics, run.spans, run.roles)
     turned = heading_errors(recording, scenario, run.spans, run.roles)
@@ -160,9 +161,10 @@ def _conduct_violations(
         yield from region_violations(recording, scenario, span, roles, before, after)
         yield from grasp_violations(recording, span, roles, before, after)
         yield from weld_violations(recording, welds, span, scenario.tolerances)
-        yield from body_violations(recording, mechanics, span, roles)
+        yield from body_violations(recording, mechanics, span, roles, befallen(recording, scenario, "weld_breaks"))
         yield from rest_violations(recording, span, scenario.tolerances)
-    yield from object_violations(recording, run.spans, run.roles, scenario.tolerances)
+    pushed = befallen(recording, scenario, "push")
+    yield from object_violations(recording, run.spans, run.roles, scenario.tolerances, pushed)
 
 
 def _stopped(recording: Recording) -> Violation:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -22,17 +22,27 @@ TURN = np.deg2rad(1.0)
 
 
 def object_violations(
-    recording: Recording, spans: Sequence[Span], roles: Sequence[Roles], tolerances: Tolerances
+    recording: Recording,
+    spans: Sequence[Span],
+    roles: Sequence[Roles],
+    tolerances: Tolerances,
+    pushed: Mapping[str, float],
 ) -> Iterator[Violation]:
-    """Judged against the pose in which the object was last put down, so that creeping adds up."""
+    """Judged against the pose in which the object was last put down, so that creeping adds up.
+
+    Args:
+        pushed: object -> since when a fault may have pushed it [s]; in a step that is halted for it, it may move.
+    """
     limit = DRIFT + STOPPING_TIME * tolerances.speed
     for obj in recording.objects:
         put = 0
         for span, step in zip(spans, roles, strict=True):
-            if obj in step.carried or (span.halted and obj in span.faulty):
-                put = span.end
-                continue
-            time, pose = recording.time[span.samples], recording.pose[obj][span.samples]
+            first = span.first
+            if obj in step.carried:
+                first = put = _let_go(recording, obj, span, step)
+            elif span.halted and obj in span.faulty and pushed.get(obj, np.inf) <= recording.time[span.end]:
+                first = put = span.end
+            time, pose = recording.time[first : span.end + 1], recording.pose[obj][first : span.end + 1]
             way = np.linalg.norm(pose[:, 4:] - recording.pose[obj][put, 4:], axis=1)
             what = f"{obj} moves by more than {1e3 * limit:.3g} mm though nobody carries it"
             yield from where_bad(Violation("object", (obj,), what, step=span.number, unit="m"), way > limit, way, time)
@@ -41,6 +51,14 @@ def object_violations(
             yield from where_bad(
                 Violation("object", (obj,), what, step=span.number, unit="rad"), turn > TURN, turn, time
             )
+
+
+def _let_go(recording: Recording, obj: str, span: Span, step: Roles) -> int:
+    """The sample at which a team is none any more: somebody has let go in safe mode, where all rest; else the end."""
+    (team,) = (mover.team for mover in step.transports if mover.name == obj)
+    columns = [recording.agents.index(agent) for agent in team]
+    held = (recording.grasp[span.own][:, columns] == recording.objects.index(obj)).all(axis=1)
+    return span.end if not span.halted or held.all() else span.first + int(np.argmin(held))
 
 
 def largest_tilt(recording: Recording) -> float:

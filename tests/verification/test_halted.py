@@ -1,0 +1,105 @@
+"""What a step that a fault has halted excuses, and what not: step 2, in which a1 and a2 carry o1 from 2 s to 3 s."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from drake_ltl.errors import InvalidInputError
+from drake_ltl.execution.recording import NOTHING, Recording
+from drake_ltl.scenario import loads
+from drake_ltl.verification import models, verify
+from drake_ltl.verification.befallen import befallen
+
+BREAKS = "{kind: weld_breaks, agent: a2, time: 2.2}"
+OTHER = "{kind: push, object: o2, time: 0.5, impulse: [1, 0]}"
+
+
+def halted(recording: Recording, fault: str, faulty: tuple[str, ...] = ("a2",)) -> Recording:
+    """In its third step, by the word of its record."""
+    steps = [dataclasses.replace(one, halted="noticed", faulty=faulty) if one.number == 2 else one
+             for one in recording.steps]  # fmt: skip
+    return dataclasses.replace(recording, scenario=f"{recording.scenario}\nfaults: [{fault}]\n", steps=tuple(steps))
+
+
+def opened(recording: Recording, first: float, end: float) -> Recording:
+    """a2 holds nothing for some time."""
+    grasp = recording.grasp.copy()
+    grasp[(recording.time >= first) & (recording.time < end), 1] = NOTHING
+    return dataclasses.replace(recording, grasp=grasp)
+
+
+def gaping(monkeypatch: pytest.MonkeyPatch, since: float) -> None:
+    """a2's gripper is 5 cm off from then on, while it counts as holding."""
+    right = models.work_out
+
+    def off(recording: Recording, scenario):
+        mechanics = right(recording, scenario)
+        late = (recording.time >= since) & (recording.time < 3.0)
+        mechanics.gripper["a2"][late, 2, 3] += 0.05
+        return mechanics
+
+    monkeypatch.setattr(models, "work_out", off)
+
+
+def said(recording: Recording) -> list[str]:
+    return [violation.what for violation in verify(recording).violations]
+
+
+def test_a_step_that_is_halted_and_comes_to_its_end_all_the_same_is_none_the_worse(recording):
+    assert said(halted(recording, BREAKS)) == []
+
+
+@pytest.mark.parametrize("fault", ["{kind: push, object: o1, time: 3.1, impulse: [1, 0]}",
+                                   "{kind: weld_breaks, agent: a2, step: 5}"])  # fmt: skip
+def test_nothing_is_halted_before_the_first_fault(recording, fault):
+    with pytest.raises(InvalidInputError, match=r"steps\.2: was halted by a fault at 3 s, and no fault had happened"):
+        verify(halted(recording, fault))
+
+
+@pytest.mark.parametrize("fault", [BREAKS, OTHER])
+def test_what_somebody_has_let_go_of_is_not_carried_on(recording, fault):
+    """Whatever the record says of who is to blame: nobody lets go before all rest."""
+    found = said(halted(opened(recording, 2.5, 3.0), fault))
+    assert "o1 moves by more than 9.5 mm though nobody carries it" in found
+
+
+def test_who_has_let_go_does_not_grasp_again(recording):
+    assert "a2 changes its grasp 2 times in one step" in said(halted(opened(recording, 2.5, 2.6), BREAKS))
+
+
+@pytest.mark.parametrize(
+    ("fault", "since", "excused"),
+    [(BREAKS, 2.3, True), (BREAKS, 2.1, False), (OTHER, 2.3, False), (BREAKS.replace("a2", "a1"), 2.3, False)],
+    ids=["broken", "not yet", "not at all", "another's"],
+)
+def test_a_grasp_may_gape_once_the_scenario_breaks_it(recording, monkeypatch, fault, since, excused):
+    gaping(monkeypatch, since)
+    assert any("the weld of a2 is off" in what for what in said(halted(recording, fault))) != excused
+
+
+def test_a_grasp_that_nobody_notices_to_be_broken_is_a_violation(recording, monkeypatch):
+    gaping(monkeypatch, 2.3)
+    assert any("the weld of a2 is off" in what for what in said(halted(recording, BREAKS, faulty=("a1",))))
+
+
+@pytest.mark.parametrize(("fault", "excused"), [(OTHER, True), (OTHER.replace("o2", "o1"), False)])
+def test_an_object_moves_by_itself_if_the_scenario_pushes_it(recording, fault, excused):
+    """o2 slides by 5 cm while its record says that a fault befell it."""
+    pose, velocity = recording.pose["o2"].copy(), recording.velocity["o2"].copy()
+    way = 0.05 * np.clip(recording.time - 2.0, 0.0, 1.0)
+    pose[:, 5] += way
+    velocity[1:, 4] += np.diff(way) / np.diff(recording.time)
+    moved = dataclasses.replace(
+        recording, pose={**recording.pose, "o2": pose}, velocity={**recording.velocity, "o2": velocity}
+    )
+    found = said(halted(moved, fault, faulty=("o2",)))
+    assert any("o2 moves by more than" in what for what in found) != excused
+
+
+def test_faults_happen_at_the_earliest_of_their_times(recording, scenario_text):
+    text = f"{scenario_text}\nfaults: [{BREAKS}, {BREAKS.replace('time: 2.2', 'step: 2')}, {OTHER}]\n"
+    assert befallen(recording, loads(text), "weld_breaks") == {"a2": 1.0}
+    assert befallen(recording, loads(text), "push") == {"o2": 0.5}
