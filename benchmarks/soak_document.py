@@ -133,7 +133,8 @@ def _many_runs_section(output: Path) -> Iterator[str]:
     yield "`python benchmarks/many_runs.py --runs 1000`: starts, gains and masses drawn as in [sweeps](sweep.md),"
     yield "random missions of two to four robots, one or two crates and three or four regions. Each run is watched by"
     yield "the monitors, judged by `verify`, and judged once more from its file by a program that shares no code with"
-    yield "either (`benchmarks/second_look.py`)."
+    yield "either (`benchmarks/second_look.py`). Missions that have no plan, or that `simulate`"
+    yield "refuses before it runs them, are drawn anew."
     yield ""
     yield '| mission | runs | satisfied | violated | stalled | others | collisions | false "satisfied" |'
     yield "|---|---|---|---|---|---|---|---|"

@@ -69,9 +69,10 @@ class Detours:
         tasks = (*step.travels, *step.transports)
         if state.active != ALL:
             if state.way and self._passed(state, tasks[state.active], now):
-                if len(state.way) == 1 and state.lets_by != ALL:
+                if len(state.way) > 1 or state.lets_by == ALL:
+                    return state.new_interval(now, way=state.way[1:])
+                if self.may_begin_anew(step, now):
                     return self._on_its_way(state, step, state.lets_by, now) or self._next_mover(state, step, now)
-                return state.new_interval(now, way=state.way[1:])
             if not state.way and self.arrival.is_done(tasks[state.active], now):
                 return self._next_mover(state, step, now)
         if any(self.arrival.speed(task, now) > STALL_SPEED for task in tasks):
