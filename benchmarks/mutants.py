@@ -154,7 +154,10 @@ def noticed(recording: Recording, formulas: tuple) -> Noticed:
 
 def row(mutant: Mutant) -> str:
     """One line of the table."""
-    found = noticed(carry_out(mutant), FORMULAS[mutant.mission])
+    try:
+        found = noticed(carry_out(mutant), FORMULAS[mutant.mission])
+    except ValueError as error:
+        return f"| {mutant.says} | the program itself: {error} | | |"
     cells = (", ".join(found.monitors) or "nothing", ", ".join(found.verdict) or "nothing")
     return f"| {mutant.says} | {' | '.join(cells)} | {found.second_look[0] if found.second_look else 'nothing'} |"
 

@@ -159,9 +159,9 @@ class LatestOrders:
     def _loads(self, field: StepField | None, anchor: Mapping[str, np.ndarray]) -> tuple[Load, ...]:
         loads = []
         for task in field.transports if field is not None else ():
-            check_load_shares(task.shares)
             shares = dict(zip(self._agents, task.shares.tolist(), strict=True))
             team = [self._carrier(name, shares[name], anchor[name]) for name in task.team]
+            check_load_shares(np.array([carrier.share for carrier in team]))  # those that act: no motion shows them
             mass = self._masses[task.object] + sum(self._agents[name].mass for name in task.team)
             loads.append(Load(task.object, tuple(team), team_damping(self._team_damping, mass)))
         return tuple(loads)
