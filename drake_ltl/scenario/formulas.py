@@ -107,6 +107,9 @@ def _parsed(value: Any) -> tuple[str, list[str]]:
         raise UnfitValueError(f"{shown(formula)} has the operator []", "write G for [] and F for <>")
     if "[" in formula:
         raise UnfitValueError(f"{shown(formula)} has a bounded operator", "write it out: F[1:2] p is X(p | X p)")
+    opened, closed = formula.count("("), formula.count(")")
+    if opened - closed > MAX_DEPTH:  # Spot looks for the end of each
+        raise UnfitValueError(f"{shown(formula)} opens {opened} parentheses and closes {closed}", _LOGIC)
     spot = require_spot()
     result = spot.parse_infix_psl(formula)
     if result.errors:

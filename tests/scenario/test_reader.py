@@ -262,6 +262,7 @@ MISTAKES = [
     ("agents.a1.spec", "G !pi1 &", "agents.a1.spec", "unexpected end of formula at its end"),
     ("agents.a1.spec", "G )pi1", "agents.a1.spec", "at ')pi1' (column 3)"),
     ("agents.a1.spec", "", "agents.a1.spec", "empty input"),
+    ("agents.a1.spec", "(" * 9999, "agents.a1.spec", "opens 9999 parentheses and closes 0"),
     ("agents.a1.spec", "F pié", "agents.a1.spec", "characters that no formula has"),
     ("agents.a1.spec", "F pi11", "agents.a1.spec", "did you mean `pi1`? known propositions: pi1, pi2"),
     ("agents.a1.spec", "F a1.pi1", "agents.a1.spec", "unknown proposition 'a1.pi1'"),
