@@ -17,9 +17,9 @@ from pathlib import Path
 from unittest.mock import patch
 
 import second_look
+from drake_ltl.diagrams import mission_diagram
 
 from drake_ltl import mission
-from drake_ltl.diagrams import mission_diagram
 from drake_ltl.execution import runner
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario import loads

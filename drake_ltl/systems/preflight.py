@@ -16,7 +16,6 @@ from drake_ltl.systems.longest_time_step import longest_time_step, nearest, reac
 from drake_ltl.systems.program import MissionProgram, start_configuration
 from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField
 
-
 BEARABLE = 1.5
 """A start is refused where the time step is so many times the longest that swings nothing up: whoever starts there is
 driven off what is steep by its first torque. Up to 1.8 times V was not seen to rise; at 1.9 times it was."""

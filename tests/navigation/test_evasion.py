@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+
 from drake_ltl.navigation import RegionBall, StaticBody, Traveller, step_relations
 from drake_ltl.navigation.detour import detour
 from drake_ltl.navigation.evasion import evasion

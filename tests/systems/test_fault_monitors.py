@@ -10,8 +10,8 @@ from drake_ltl.dynamics.load_spring import LIFT
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.fault_monitors import (
-    DoorMonitor,
     ClockMonitor,
+    DoorMonitor,
     DriveMonitor,
     GripMonitor,
     LoadMonitor,

@@ -11,7 +11,7 @@ from drake_ltl.verification.clearances import KINDS
 from drake_ltl.verification.verdict import Verdict
 from drake_ltl.visualization.evidence import evidence
 from drake_ltl.visualization.figures import run_drawings
-from drake_ltl.visualization.report import _write, Picture, report_html
+from drake_ltl.visualization.report import Picture, _write, report_html
 
 LOADS = re.compile(r"""\b(?:src|srcset)\s*=\s*["'](?!data:)|<(?:link|script|iframe)\b|url\(""", re.IGNORECASE)
 
