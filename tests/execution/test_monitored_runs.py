@@ -124,7 +124,7 @@ def test_a_weld_left_open(carry, monkeypatch):
     seen = recording.monitored[0]
     assert seen.who == ("a1", "o1")
     assert "the weld of a1 to o1 gapes: " in str(seen)
-    assert 0.003 < seen.value < 0.5
+    assert 0.003 < seen.value < 0.8  # [m]: what was to lift the crate throws the hand up, between two looks
     assert any(violation.kind == "weld" for violation in verify(recording, scenario).violations)
 
 
