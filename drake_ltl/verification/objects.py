@@ -56,6 +56,7 @@ def object_violations(
             yield from where_bad(
                 Violation("object", (obj,), what, step=span.number, unit="rad"), turn > most, turn, time
             )
+            put = span.end if settles else put
 
 
 def _let_go(recording: Recording, obj: str, span: Span, step: Roles) -> int:
