@@ -1,8 +1,7 @@
 """Travellers that take each other's places, where one place is as good as the other for all that follows.
 
-When a step begins, and when all have stalled on the way to such places, each goes to the one that makes the sum of
-squared distances least from where all of them are: ways cross least, and who bars the way of another moves on to the
-place behind, and the other takes its place.
+Of who has stalled on the way to such places, each goes to the one that makes the sum of squared distances least from
+where all of them are: who bars the way of another moves on to the place behind, and the other takes its place.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.arrival import Arrival
 from drake_ltl.systems.detours import Detours, started
 from drake_ltl.systems.drive_stages import with_stages
-from drake_ltl.systems.exchange import better_rank, exchanged
+from drake_ltl.systems.exchange import exchanged
 from drake_ltl.systems.legs import ALL, moving_tasks
 from drake_ltl.systems.program import GraspTask, MissionProgram, ReleaseTask, StepProgram
 from drake_ltl.systems.progress import AgentSignals, Measurement, Progress
@@ -177,7 +177,7 @@ class Supervision:
             active=ALL,
             way=(),
             slow_since=np.inf,
-            exchange=self._exchange(state, now),
+            exchange=0,
             exchanges=0,
             lets_by=ALL,
         )
@@ -189,13 +189,6 @@ class Supervision:
         for task in step.releases:
             state = self._retreat(state, task, now)
         return replace(state, revision=state.revision + bool(step.releases))
-
-    def _exchange(self, state: Progress, now: Measurement) -> int:
-        """Rank of the exchange of places that are alike which leaves the shortest ways from where everybody is."""
-        number = self.program.index(state.count)
-        travels = self.program.steps[number].travels
-        here = [self._models.agents[task.agent].centre(now.q[task.agent]) for task in travels]
-        return better_rank(self.program, number, 0, self._models, here) or 0
 
     def _begin_late_grasps(self, state: Progress, step: StepProgram, now: Measurement) -> Progress:
         state = replace(state.holding(now), phase=Phase.REACH, anchor=now.anchor, interval=state.interval + 1)

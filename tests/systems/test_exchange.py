@@ -157,18 +157,6 @@ class Stage:
         return self.progress
 
 
-@pytest.mark.parametrize("order", [[0, 1, 2], [1, 0, 2], [1, 2, 0]])
-def test_a_step_begins_with_the_shortest_ways(gathering, order):
-    """Each stands a few metres before a place that may be planned for another."""
-    stage = Stage(gathering)
-    there = places(gathering[3].steps[0], stage.models)
-    for name, place in zip(("a1", "a2", "a3"), there[order], strict=True):
-        stage.put(name, place - [8.0, 0.0, 0.0])
-    progress = stage.supervision.begin(stage.now)
-    assert (progress.exchange, progress.exchanges) == (rank_of(order), 0)
-    np.testing.assert_allclose(places(stage.supervision.step(progress), stage.models), there[order], atol=1e-12)
-
-
 def barred(gathering):
     """a1 stands in its place and bars the way of a2, whose place lies behind; a3 has arrived."""
     stage = Stage(gathering)
