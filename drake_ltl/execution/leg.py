@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from drake_ltl.execution.runner import REPORT_PERIOD, RunProgress, look_once_mor
 from drake_ltl.execution.under_way import UnderWay
 from drake_ltl.faults.legs import Bodies, finishing, gathering, releasing, sound
 from drake_ltl.faults.losses import CLOCK, DOOR
+from drake_ltl.monitoring.violation import Violation
 from drake_ltl.planning.mission import Mission
 from drake_ltl.systems.program import MissionProgram, StepProgram
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
@@ -30,6 +31,8 @@ BRAKING_LIMIT = 10.0
 """After so long in safe mode those who do not rest are left alone [s]."""
 LOST_LIMIT = 3.0
 """... and those who are out of service after so long [s], unless they come to rest by themselves: halve their speed."""
+MOST_LOWERINGS = 5
+"""Of what is held: more is not tried if it does not come to lie flat."""
 ALWAYS_MONITORS = frozenset({"geometry"})
 """Of the monitors of docs/monitors.md, what keeps its meaning even while everybody goes to some region."""
 MONITORS = ALWAYS_MONITORS | {"spheres", "arrival"}
@@ -113,8 +116,7 @@ class Leg:
 
     def _record(self, reason: str) -> None:
         recording = read_logs(self.diagram, self._context, self.num_steps, reason or self.halted)
-        befallen = [seen.who for seen in self.going.seen[self._known :] if seen.monitor not in (CLOCK, DOOR)]
-        faulty = befallen[-1] if befallen else ()
+        faulty = befallen(self.going.seen[self._known :])
         self.going.parts.append(Part(recording, self.halted, faulty, self.is_mission))
 
     def _initialize(self) -> None:
@@ -190,20 +192,33 @@ class Leg:
         self._apply_grasps()
         self._step = supervisor.step_program(self._own)
         self.going.ways |= {agent: (a.start, a.goal) for a in self._step.actions for agent in a.agents}
-        supervisor.Halt(self._own)
+        supervisor.Halt(self._own, self._unable)
+        self._settle()
+        self._let_go(self.holds().keys() & self.going.losses.agents)  # held fast by them nothing could be lowered
+        for _ in range(MOST_LOWERINGS):
+            supervisor.SetDown(self._own, self.holds(), self._unable)
+            if all(told.mode != Mode.REACH for told in supervisor.GetProgress(self._own).agents):
+                break
+            self._settle()
+        losses = self.going.losses
+        carrying = {name for task in self._step.transports if sound(task, losses) for name in task.team}
+        self._let_go(self.holds().keys() - carrying)
+
+    @property
+    def _unable(self) -> frozenset[str]:
+        """Who bears no load any more."""
+        return self.going.losses.agents | self.going.losses.grippers
+
+    def _let_go(self, agents: Set[str]) -> None:
+        if agents:
+            self.diagram.supervisor.LetGo(self._own, agents)
+            self._apply_grasps()
+            self._settle()
+
+    def _settle(self) -> None:
+        """Until all rest, after the supervisor has changed its mind."""
         self._restart_monitors()
         self._wait()
-        losses, holds = self.going.losses, self.holds()
-        carrying = {name for task in self._step.transports if sound(task, losses) for name in task.team}
-        supervisor.SetDown(self._own, holds)
-        if any(told.mode == Mode.REACH for told in supervisor.GetProgress(self._own).agents):
-            self._restart_monitors()
-            self._wait()
-        if wanted := holds.keys() - carrying:
-            supervisor.LetGo(self._own, wanted)
-            self._apply_grasps()
-            self._restart_monitors()
-            self._wait()
 
     def _restart_monitors(self) -> None:
         for monitor in self.diagram.fault_monitors:
@@ -250,6 +265,11 @@ class Leg:
         recording = self.going.parts[-1].recording
         first = int(np.searchsorted(recording.step, recording.step[-1]))
         return {name: pose[first, 4:] for name, pose in recording.pose.items()}
+
+
+def befallen(seen: Iterable[Violation]) -> tuple[str, ...]:
+    """Whom faults befell, of all that were seen: a second one does not undo the first. Regions and clocks are nobody."""
+    return tuple(dict.fromkeys(name for one in seen if one.monitor not in (CLOCK, DOOR) for name in one.who))
 
 
 def _going_on(diagram: MissionDiagram, before: Leg) -> Context:

@@ -15,14 +15,17 @@ from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import AgentStart, ObjectStart
 
 TURNED = np.deg2rad(0.5)
-"""An object that is turned by more is grasped by nobody who cannot turn [rad]."""
+"""An object that is turned by more is grasped by nobody [rad]; by who cannot turn if it is turned by more than welds
+may be off."""
 
 
 def situation(bodies: Bodies, losses: Losses) -> Situation:
     """Where everything is, and what can no longer be moved or grasp."""
     models = bodies.models
     outside = {name for name in models.objects if bodies.region(name) is None}
-    turned = {name for name in models.objects if _turn(bodies, name) > TURNED}
+    can_turn = all(model.yaw_direction for model in models.agents.values() if model.has_arm)
+    most = TURNED if can_turn else min(TURNED, bodies.scenario.tolerances.weld_angle)
+    turned = {name for name in models.objects if _turn(bodies, name) > most}
     return Situation(
         agents={
             name: AgentStart(bodies.region(name) or BETWEEN, bodies.posture(name), _vector(bodies.centre(name)))

@@ -110,6 +110,12 @@ class ObjectModel:
                 ]
             )
 
+    def inertial_wrench(self, quaternion: np.ndarray, A_WO: np.ndarray) -> np.ndarray:
+        """What accelerates the object from rest, turned so (4,), by A_WO (6,) (rotational; translational): (6,) at Oo
+        [N m; N]."""
+        R_WO = RotationMatrix(Quaternion(quaternion / np.sqrt(quaternion @ quaternion))).matrix()
+        return np.concatenate([R_WO @ self.I_OOo_O @ R_WO.T @ A_WO[:3], self.mass * A_WO[3:]])
+
     def kinetic_energy(self, quaternion: np.ndarray, V_WO: np.ndarray) -> float:
         """Of the object turned so (4,) that moves at V_WO (6,) (rotational; translational) [J]."""
         R_WO = RotationMatrix(Quaternion(quaternion / np.sqrt(quaternion @ quaternion))).matrix()

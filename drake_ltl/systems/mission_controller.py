@@ -2,7 +2,8 @@
 
 The laws are those of `HoldController`, `ReachController`, `TransitionController` and `TransportController` with their
 `NavigationField`, by the same functions of `drake_ltl.dynamics` and `field_value`. What each of those systems asks of a
-model for itself, this one asks once for all, of one plant: a simulation takes a fraction of the time.
+model for itself, this one asks once for all, of one plant: a simulation takes a fraction of the time. Of
+safe mode those systems know nothing: there who holds an object has its share of the load in its computed torque.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.field_value import REST, FieldValue, evaluate_field
 from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
-from drake_ltl.systems.orders import LatestOrders, Load, Orders
+from drake_ltl.systems.orders import Bearer, LatestOrders, Load, Orders
 from drake_ltl.systems.program import MissionProgram
 from drake_ltl.systems.signals import reach_ends
 from drake_ltl.systems.state_places import StatePlaces, span
@@ -108,7 +109,7 @@ class MissionController(LeafSystem):
         self, context: Context, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray
     ) -> tuple[np.ndarray, FieldValue]:
         """(n,) of all agents but differential drives, and what moves them all."""
-        torque = self._tracking_torque(context, orders, q, qd)
+        torque = self._tracking_torque(context, orders, q, qd, x)
         if orders.field is None:
             return torque, REST
         world = _World(self._crew, self._places, q, x)
@@ -132,6 +133,15 @@ class MissionController(LeafSystem):
             if carrier.spring is not None:
                 tau += carrier.spring.torque(q[rows], qd[rows], J)
             torque[rows] = tau
+
+    def _bear(self, bearer: Bearer, qdd: np.ndarray, torque: np.ndarray, x: np.ndarray) -> None:
+        """Computed torque of what is held: adds a share of what lets the object move as its gripper is to."""
+        rows, J = bearer.rows, self._crew.grasp_jacobian(bearer.agent)
+        pose = x[self._places.pose[bearer.object]]
+        p_OoEo_W, A_WE = self._crew.grasp_position(bearer.agent) - pose[4:], J @ qdd[rows]
+        A_WO = np.concatenate([A_WE[:3], A_WE[3:] + np.cross(p_OoEo_W, A_WE[:3])])
+        F_O = self._object_gravity[bearer.object] + self._models.objects[bearer.object].inertial_wrench(pose[:4], A_WO)
+        torque[rows] = transport_torque(bearer.share, F_O, p_OoEo_W, J, torque[rows])
 
     def _energy(self, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray) -> float:
         """V [J]."""
@@ -165,7 +175,9 @@ class MissionController(LeafSystem):
         damping = growing_damping(load.damping, hypot(*V_WO[3:].tolist()), self._settings.speed_limit)
         return team_wrench(self._object_gravity[load.object], gradient, damping, V_WO)
 
-    def _tracking_torque(self, context: Context, orders: Orders, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    def _tracking_torque(
+        self, context: Context, orders: Orders, q: np.ndarray, qd: np.ndarray, x: np.ndarray
+    ) -> np.ndarray:
         """Computed torques of those who hold or reach, g_q of all others. Leaves the crew at q."""
         self._crew.set_state(q, qd * orders.tracking)
         qdd = tracking_acceleration(q, qd, orders.hold, 0.0, 0.0, orders.frequency)
@@ -173,7 +185,10 @@ class MissionController(LeafSystem):
             rows, since = self._crew.rows[name], context.get_time() - reach[0]
             reference = quintic(since, reach[1], *reach_ends(reach))
             qdd[rows] = tracking_acceleration(q[rows], qd[rows], *reference, TRACKING_FREQUENCY)
-        return self._crew.inverse_dynamics(qdd)
+        torque = self._crew.inverse_dynamics(qdd)
+        for bearer in orders.bearers:
+            self._bear(bearer, qdd, torque, x)
+        return torque
 
 
 class _World(NamedTuple):

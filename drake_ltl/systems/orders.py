@@ -54,6 +54,16 @@ class Load:
 
 
 @dataclass(frozen=True)
+class Bearer:
+    """An agent that bears a share of the weight of what it holds, in safe mode."""
+
+    agent: str
+    rows: slice
+    object: str
+    share: float
+
+
+@dataclass(frozen=True)
 class Drive:
     """A differential drive."""
 
@@ -79,6 +89,7 @@ class Orders:
     field: StepField | None
     travels: tuple[Traveller, ...]
     loads: tuple[Load, ...]
+    bearers: tuple[Bearer, ...]
     drives: Mapping[str, Drive]
     """Differential drives."""
     frequency: np.ndarray
@@ -144,6 +155,11 @@ class LatestOrders:
             field=field,
             travels=tuple(self._travellers[name] for name in travels),
             loads=loads,
+            bearers=tuple(
+                Bearer(name, self._rows[name], self._program.welds[told.grasp].object, told.bears)
+                for name, told in signals.items()
+                if told.bears > 0.0
+            ),
             drives=drives,
             frequency=self._mask(holding) * TRACKING_FREQUENCY,
             hold=np.concatenate([told.hold for told in signals.values()]),

@@ -182,13 +182,13 @@ class PlanSupervisor(LeafSystem):
         """What keeps the step from ending, for people."""
         return self._supervision.waiting_for(self.GetProgress(context), self.measured(context))
 
-    def Halt(self, context: Context) -> None:
-        """Begins the safe mode."""
-        self._put(context, self._supervision.halt)
+    def Halt(self, context: Context, unable: frozenset[str]) -> None:
+        """Begins the safe mode, in which the `unable` bear no loads."""
+        self._put(context, lambda state, now: self._supervision.halt(state, now, unable))
 
-    def SetDown(self, context: Context, agents: Iterable[str]) -> None:
-        """In safe mode: what some agents hold above the floor they lower."""
-        self._put(context, lambda state, now: self._supervision.safe_mode.set_down(state, now, agents))
+    def SetDown(self, context: Context, agents: Iterable[str], unable: frozenset[str]) -> None:
+        """In safe mode: what some agents hold above the floor or askew they lower."""
+        self._put(context, lambda state, now: self._supervision.safe_mode.set_down(state, now, agents, unable))
 
     def LetGo(self, context: Context, agents: Iterable[str]) -> None:
         """In safe mode: some agents open their welds, which waits to be applied, and come away."""

@@ -26,6 +26,8 @@ class AgentSignals:
     """Index of the commanded weld."""
     stage: int = Stage.FORWARDS
     """Of a differential drive that travels."""
+    bears: float = 0.0
+    """In safe mode: its share of the weight of what it holds."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,8 @@ MOST_WAY_POINTS = 64
 HEADER = 11
 """count, phase, step start, revision, interval, active mover, slow since, exchange, exchanges, mover that is let by,
 number of way points"""
+NUMBERS = 4
+"""mode, grasp, stage and share of an agent."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +33,9 @@ class ProgressVector:
 
     @cached_property
     def _starts(self) -> list[int]:
-        """Where way, anchor and each agent's signals (mode, grasp, stage; hold; reach) begin, and the end of all."""
+        """Where way, anchor and each agent's signals (its NUMBERS; hold; reach) begin, and the end of all."""
         anchor = sum(self.joints) + 3 * self.num_objects
-        parts = [HEADER, 2 * MOST_WAY_POINTS, anchor, *(3 + n + (2 + 2 * n) for n in self.joints)]
+        parts = [HEADER, 2 * MOST_WAY_POINTS, anchor, *(NUMBERS + n + (2 + 2 * n) for n in self.joints)]
         return np.cumsum(parts).tolist()
 
     def pack(self, progress: Progress) -> np.ndarray:
@@ -43,7 +45,7 @@ class ProgressVector:
         header += [progress.lets_by, len(way)]
         padded = np.zeros((MOST_WAY_POINTS, 2))
         padded[: len(way)] = np.reshape(way, (-1, 2))
-        agents = [([told.mode, told.grasp, told.stage], told.hold, told.reach) for told in progress.agents]
+        agents = [([told.mode, told.grasp, told.stage, told.bears], told.hold, told.reach) for told in progress.agents]
         return np.concatenate([header, padded.ravel(), progress.anchor, *(part for parts in agents for part in parts)])
 
     def unpack(self, vector: np.ndarray) -> Progress:
@@ -68,5 +70,6 @@ class ProgressVector:
 
     @staticmethod
     def _signals(part: np.ndarray, n: int) -> AgentSignals:
-        mode, grasp, stage = map(int, part[:3])
-        return AgentSignals(mode, part[3 : 3 + n], part[3 + n :], grasp, stage)
+        mode, grasp, stage = map(int, part[: NUMBERS - 1])
+        hold, reach = part[NUMBERS : NUMBERS + n], part[NUMBERS + n :]
+        return AgentSignals(mode, hold, reach, grasp, stage, float(part[NUMBERS - 1]))

@@ -6,11 +6,14 @@ should, and reads off where everything is.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pydrake.math import RigidTransform
 
+from drake_ltl.dynamics import heading_difference
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import STANDOFF_GAP, MeasuredModels
 from drake_ltl.multibody.postures import polished
@@ -21,9 +24,11 @@ from drake_ltl.systems.progress import Measurement, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase, pack_reach, reach_ends
 
 BACKING_TIME = 3.0
-"""A retreat in safe mode takes so long [s]."""
-LIFTED = 2e-3
-"""What is held so far above where it would stand is set down before it is let go of [m]: else it would fall."""
+"""A retreat in safe mode takes so long [s]; so does setting down, by some centimetres."""
+LIFTED = 5e-4
+"""What is held so far above where it would stand is set down before it is let go of [m]: else it would fall ..."""
+ASKEW = np.deg2rad(0.05)
+"""... as is what is tilted by so much [rad]: else it would tip over, and turn as it does."""
 QUIET = 0.02
 """Joints slower than this are at rest [m/s, rad/s]."""
 
@@ -35,13 +40,21 @@ class SafeMode:
     models: MeasuredModels
     welds: tuple[Weld, ...]
 
-    def halt(self, state: Progress, now: Measurement, reaches: dict[str, GraspTask | ReleaseTask]) -> Progress:
+    def halt(
+        self,
+        state: Progress,
+        now: Measurement,
+        reaches: Mapping[str, GraspTask | ReleaseTask],
+        unable: frozenset[str] = frozenset(),
+    ) -> Progress:
         """Movers brake and hold; who approaches an object comes away from it, who backs off goes on.
 
         A hold at q + qd / w, w its frequency, is a brake: the rest of the way decays as exp(-w t), without overshoot.
+        Who holds an object goes on to bear its weight, else it would sag and drag over the floor.
 
         Args:
             reaches: what agents in the mode REACH are about.
+            unable: who bears nothing, for its drives fail or its grasp has come open.
         """
         state = replace(state, phase=Phase.SAFE, interval=state.interval + 1, active=ALL, way=(), slow_since=np.inf)
         for index, (name, told) in enumerate(zip(self.models.agents, state.agents, strict=True)):
@@ -51,31 +64,63 @@ class SafeMode:
             elif told.mode != Mode.HOLD and not isinstance(task, ReleaseTask):
                 hold = now.q[name] + now.qd[name] / TRACKING_FREQUENCY
                 state = state.with_agent(index, mode=Mode.HOLD, hold=hold)
+        return self._shared(state, self.models.agents.keys() - unable)
+
+    def set_down(
+        self, state: Progress, now: Measurement, agents: Iterable[str], unable: frozenset[str] = frozenset()
+    ) -> Progress:
+        """What some agents hold above the floor, as everything is that is carried, or askew, they lower straight to
+        where it can stand, and level it; of those the `unable` move along without bearing anything.
+
+        Everybody goes on from where it holds by as much as the object has to move: a load that is not as heavy as it
+        is believed to be comes nearer every time.
+        """
+        wanted = set(agents)
+        state = self._shared(state, wanted - unable)
+        borne = {self.welds[told.grasp].object for told in state.agents if told.bears > 0.0}
+        for index, (name, told) in enumerate(zip(self.models.agents, state.agents, strict=True)):
+            if name in wanted and told.grasp != NO_GRASP and self.welds[told.grasp].object in borne:
+                X_WO, X_WS = now.X_WO[obj := self.welds[told.grasp].object], self._stands(obj, now)
+                if _is_off(X_WO, X_WS):
+                    model, q = self.models.agents[name], now.q[name]
+                    goal = polished(model, X_WS @ X_WO.inverse() @ model.grasp_pose(q), q)
+                    begin = told.hold if told.mode == Mode.HOLD else q
+                    reach = pack_reach(now.time, BACKING_TIME, begin, begin + goal - q)
+                    state = state.with_agent(index, mode=Mode.REACH, reach=reach)
         return state
 
-    def set_down(self, state: Progress, now: Measurement, agents: Iterable[str]) -> Progress:
-        """What some agents hold above the floor, as everything is that is carried, they lower straight to where it can
-        stand."""
-        wanted = set(agents)
+    def _stands(self, obj: str, now: Measurement) -> RigidTransform:
+        """X_WO of the object where it is, but on the floor and level."""
+        model, X_WO = self.models.objects[obj], now.X_WO[obj]
+        lying, turned = (R.ToQuaternion().wxyz() for R in (model.R_lying, X_WO.rotation()))
+        x, y, _ = X_WO.translation()
+        return model.pose(np.array([x, y, model.height]), heading_difference(turned, lying))
+
+    def _shared(self, state: Progress, able: Set[str]) -> Progress:
+        """Those of `able` who hold an object bear equal shares of its weight, all others none."""
+        holds = {
+            name: self.welds[told.grasp].object
+            for name, told in zip(self.models.agents, state.agents, strict=True)
+            if told.grasp != NO_GRASP and name in able
+        }
+        holders = Counter(holds.values())
         for index, (name, told) in enumerate(zip(self.models.agents, state.agents, strict=True)):
-            if name in wanted and told.grasp != NO_GRASP:
-                weld, q = self.welds[told.grasp], now.q[name]
-                obj, p_WO = self.models.objects[weld.object], now.X_WO[weld.object].translation()
-                if p_WO[2] - obj.height > LIFTED:
-                    model = self.models.agents[name]
-                    X_WE = model.grasp_pose(q)
-                    X_WE.set_translation(X_WE.translation() - [0.0, 0.0, p_WO[2] - obj.height])
-                    goal = polished(model, X_WE, q)
-                    state = state.with_agent(index, mode=Mode.REACH, reach=pack_reach(now.time, BACKING_TIME, q, goal))
+            bears = 1.0 / holders[holds[name]] if name in holds else 0.0
+            state = state if told.bears == bears else state.with_agent(index, bears=bears)
         return state
 
     def let_go(self, state: Progress, now: Measurement, agents: Iterable[str]) -> Progress:
-        """The welds of some agents are commanded to open; they come away from what they held."""
+        """The welds of some agents are commanded to open; they come away from what they held. Who goes on holding does
+        so where it is, wherever it had been dragged from."""
         wanted = set(agents)
         for index, (name, told) in enumerate(zip(self.models.agents, state.agents, strict=True)):
             if name in wanted and told.grasp != NO_GRASP:
                 state = self._back_off(state, index, self.welds[told.grasp], now)
                 state = state.with_agent(index, grasp=NO_GRASP)
+            elif told.bears > 0.0 and told.mode == Mode.HOLD:
+                state = state.with_agent(index, hold=now.q[name])
+        bearing = zip(self.models.agents, state.agents, strict=True)
+        state = self._shared(state, {name for name, told in bearing if told.bears > 0.0})
         return replace(state, revision=state.revision + 1)
 
     def advance(self, state: Progress, now: Measurement) -> Progress:
@@ -109,3 +154,9 @@ class SafeMode:
         goal = q.copy()
         goal[:NUM_BASE_JOINTS] += max(usual, np.sqrt(max(0.0, clear**2 - beside)) - along) * back[:2]
         return state.with_agent(index, mode=Mode.REACH, reach=pack_reach(now.time, BACKING_TIME, q, goal))
+
+
+def _is_off(X_WO: RigidTransform, X_WS: RigidTransform) -> bool:
+    """Whether an object is above where it stands, or tilted."""
+    tilt = X_WO.rotation().InvertAndCompose(X_WS.rotation()).ToAngleAxis().angle()
+    return bool(X_WO.translation()[2] - X_WS.translation()[2] > LIFTED or abs(tilt) > ASKEW)

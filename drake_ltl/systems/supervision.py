@@ -101,12 +101,12 @@ class Supervision:
             state = with_stages(state, moving_tasks(step, state.leg, self._models).travels, self._models, now)
         return self._detours.keep_moving(state, step, now)
 
-    def halt(self, state: Progress, now: Measurement) -> Progress:
+    def halt(self, state: Progress, now: Measurement, unable: frozenset[str] = frozenset()) -> Progress:
         """Safe mode begins, see `SafeMode`; the same if it has begun."""
         if state.phase in (Phase.SAFE, Phase.DONE):
             return state
         reaching = [n for n, told in zip(self._names, state.agents, strict=True) if told.mode == Mode.REACH]
-        return self.safe_mode.halt(state, now, {name: self._reach_task(state, name) for name in reaching})
+        return self.safe_mode.halt(state, now, {name: self._reach_task(state, name) for name in reaching}, unable)
 
     def step(self, state: Progress) -> StepProgram:
         """The tasks of the step being carried out, with the places that travellers have exchanged."""

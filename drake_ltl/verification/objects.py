@@ -20,7 +20,8 @@ STOPPING_TIME = 0.25
 TURN = np.deg2rad(1.0)
 """Turn of an object that is not carried [rad]."""
 SETTLING = 0.05
-"""Way of what is let go of in a step that a fault has halted [m]: with a grasp broken it hangs askew ..."""
+"""Way of what is let go of in a step that a fault has halted [m]: with a grasp broken it hangs askew ...; the way down
+on which others of its team set it down is none."""
 SETTLING_TURN = np.deg2rad(10.0)
 """... and comes to stand by itself [rad]."""
 
@@ -48,7 +49,10 @@ def object_violations(
             elif span.halted and obj in span.faulty and pushed.get(obj, np.inf) <= recording.time[span.end]:
                 first = put = span.end
             time, pose = recording.time[first : span.end + 1], recording.pose[obj][first : span.end + 1]
-            way = np.linalg.norm(pose[:, 4:] - recording.pose[obj][put, 4:], axis=1)
+            off = pose[:, 4:] - recording.pose[obj][put, 4:]
+            if settles:
+                off[:, 2] = _risen_or_fallen(recording, obj, slice(first, span.end + 1))
+            way = np.linalg.norm(off, axis=1)
             what = f"{obj} moves by more than {1e3 * limit:.3g} mm though nobody carries it"
             yield from where_bad(Violation("object", (obj,), what, step=span.number, unit="m"), way > limit, way, time)
             turn = _angle(pose[:, :4], recording.pose[obj][put, :4])
@@ -65,6 +69,15 @@ def _let_go(recording: Recording, obj: str, span: Span, step: Roles) -> int:
     columns = [recording.agents.index(agent) for agent in team]
     held = (recording.grasp[span.own][:, columns] == recording.objects.index(obj)).all(axis=1)
     return span.end if not span.halted or held.all() else span.first + int(np.argmin(held))
+
+
+def _risen_or_fallen(recording: Recording, obj: str, rows: slice) -> np.ndarray:
+    """(n,) [m] what an object has risen since somebody of its team let go of it, while others hold it, for they may
+    set it down; then how much higher or lower it is than where the last one let go."""
+    z = recording.pose[obj][rows, 6]
+    held = np.flatnonzero((recording.grasp[rows] == recording.objects.index(obj)).any(axis=1))
+    last = int(held[-1]) if len(held) else 0
+    return np.where(np.arange(len(z)) < last, np.maximum(z - z[0], 0.0), z - z[last])
 
 
 def largest_tilt(recording: Recording) -> float:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pydrake.common.value import Value
 
 from drake_ltl.errors import ExecutionError
+from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
 from drake_ltl.systems.legs import Leg
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import Mode, Phase, pack_reach
@@ -96,6 +97,36 @@ def test_so_they_are_when_nothing_moves_under_phi(diagrams, program, models, mis
     holding = tuple(replace(signals, mode=Mode.HOLD) for signals in progress.agents)
     _, V = assert_same(diagrams, replace(progress, agents=holding), stirred(world, 1))
     assert V == 0.0
+
+
+@pytest.mark.parametrize("off", [0.0, 0.02], ids=["held", "moved"])
+def test_in_safe_mode_who_holds_a_load_bears_what_moves_it_as_the_gripper(
+    diagrams, program, models, mission, world_at, off
+):
+    """What is added to its torques does, on any motion of its joints, the work that the welded load takes: against
+    gravity, and for the acceleration that brings the joints back from `off` at once."""
+    task = next(task for task in program.steps[2].transports)
+    world, name = world_at(mission.steps[2].before), task.team[0]
+    index, model, obj = list(models.agents).index(name), models.agents[name], models.objects[task.object]
+    weld = next(i for i, w in enumerate(program.welds) if (w.agent, w.object) == (name, task.object))
+    state = progress_of(program, models, world, 2, phase=Phase.SAFE)
+    agents = [replace(told, mode=Mode.HOLD, hold=world.q[n] + off) for n, told in zip(world.q, state.agents)]
+    agents[index] = replace(agents[index], grasp=weld)
+    free, bearing = (
+        evaluate(diagrams[0], replace(state, agents=(*agents[:index], one, *agents[index + 1 :])), world)[0]
+        for one in (agents[index], replace(agents[index], bears=1.0))
+    )
+    rows = slice(start := sum(models.agents[n].n for n in list(models.agents)[:index]), start + model.n)
+    added = (bearing - free)[rows]
+    assert np.delete(bearing - free, np.r_[rows]) == pytest.approx(0.0, abs=1e-12)
+    # the load's origin and turn move with the gripper's frame
+    J, p_EoOo = model.grasp_jacobian(world.q[name]), world.X_WO[task.object].translation()
+    p_EoOo = p_EoOo - model.grasp_pose(world.q[name]).translation()
+    J_O = np.array([np.append(w, v + np.cross(w, p_EoOo)) for w, v in zip(J[:3].T, J[3:].T, strict=True)]).T
+    A_O = J_O @ np.full(model.n, TRACKING_FREQUENCY**2 * off)
+    inertia = obj.R_lying.matrix() @ obj.I_OOo_O @ obj.R_lying.matrix().T
+    force = np.append(inertia @ A_O[:3], obj.mass * (A_O[3:] + [0.0, 0.0, 9.81]))
+    np.testing.assert_allclose(added, J_O.T @ force, rtol=1e-9, atol=1e-9)
 
 
 @settings(max_examples=5)

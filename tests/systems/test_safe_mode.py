@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform
+from pydrake.common.eigen_geometry import AngleAxis
+from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_ltl.multibody.postures import polished
 from drake_ltl.systems.hold_controller import TRACKING_FREQUENCY
@@ -91,7 +92,43 @@ def test_what_is_held_in_the_air_is_set_down(safe_mode, now, weld, models):
     gripper = models.agents["a1"].grasp_pose(reach_ends(state.agents[0].reach)[1])
     stands = RigidTransform([0.3, -0.2, height])
     assert gripper.IsNearlyEqualTo(stands @ X_OE, 1e-6)
-    assert safe_mode.set_down(held, now, ["a1"]) is held  # it stands already
+    standing = safe_mode.set_down(held, now, ["a1"])
+    assert [told.mode for told in standing.agents] == [Mode.HOLD] * 3
+
+
+def test_what_is_held_askew_is_levelled_as_it_is_lowered(safe_mode, now, weld, models):
+    """Gripper and object turn as one, about the horizontal axis about which the arm can turn it."""
+    (index, own), height = weld, models.objects["o1"].height
+    X_OE = models.grasp("a1", "o1", own.option).X_OE
+    outwards = X_OE.translation() * [1.0, 1.0, 0.0]
+    axis = np.cross([0.0, 0.0, 1.0], outwards / np.linalg.norm(outwards))
+    askew = RigidTransform(RotationMatrix(AngleAxis(np.deg2rad(3.0), axis)), [0.0, 0.0, height])
+    q = polished(models.agents["a1"], askew @ X_OE, now.q["a1"])
+    later = replace(now, q={**now.q, "a1": q}, X_WO={**now.X_WO, "o1": askew})
+    held = progress(later, Mode.HOLD, Mode.HOLD, Mode.HOLD, grasp=index)
+    sagged = held.with_agent(0, hold=q + 0.01)  # as much as it pulls down those who hold it
+    for state, sag in ((held, 0.0), (sagged, 0.01)):
+        goal = reach_ends(safe_mode.set_down(state, later, ["a1"]).agents[0].reach)[1] - sag
+        level = RigidTransform([0.0, 0.0, height]) @ X_OE
+        assert models.agents["a1"].grasp_pose(goal).IsNearlyEqualTo(level, 1e-6)
+
+
+def test_the_weight_is_shared_by_those_who_can(safe_mode, now, weld):
+    other = next(i for i, w in enumerate(safe_mode.welds) if (w.agent, w.object) == ("a2", "o1"))
+    state = progress(now, Mode.HOLD, Mode.HOLD, Mode.HOLD, grasp=weld[0]).with_agent(1, grasp=other)
+
+    def shares(state) -> list[float]:
+        return [told.bears for told in state.agents]
+
+    both = safe_mode.halt(state, now, {})
+    assert shares(both) == [0.5, 0.5, 0.0]
+    alone = safe_mode.halt(state, now, {}, frozenset({"a2"}))
+    assert shares(alone) == [1.0, 0.0, 0.0]
+    assert shares(safe_mode.set_down(both, now, ["a1", "a2"], frozenset({"a1"}))) == [0.0, 1.0, 0.0]
+    left = safe_mode.let_go(both.with_agent(0, hold=now.q["a1"] + 0.1), now, ["a2"])
+    assert shares(left) == [1.0, 0.0, 0.0]
+    np.testing.assert_array_equal(left.agents[0].hold, now.q["a1"])  # not where it had been dragged from
+    assert shares(safe_mode.let_go(alone, now, ["a1"])) == [0.0, 0.0, 0.0]
 
 
 def test_it_is_quiet_once_all_hold_and_rest_but_those_out_of_service(safe_mode, now):
