@@ -124,7 +124,7 @@ def test_the_format_needs_no_library(tmp_path):
         header = json.loads(archive["header"].tobytes())
         assert archive["q/a2"].shape == (5, 6)
     assert header["format"] == "drake_ltl recording"
-    assert header["version"] == 5
+    assert header["version"] == 6
     assert header["seed"] == 7
     assert header["steps"][0]["actions"][0]["kind"] == "travel"
 
@@ -206,7 +206,7 @@ PARTS = "is a damaged recording: its parts do not fit together"
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"version": 6}, "of the newer version 6, and this release reads up to version 5"),
+        ({"version": 7}, "of the newer version 7, and this release reads up to version 6"),
         ({"version": 0}, "is a damaged recording: it has no version"),
         ({"version": True}, "is a damaged recording: it has no version"),
         ({"version": None}, "is a damaged recording: it has no version"),
