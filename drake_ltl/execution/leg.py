@@ -268,7 +268,7 @@ class Leg:
 
 
 def befallen(seen: Iterable[Violation]) -> tuple[str, ...]:
-    """Whom faults befell, of all that were seen: a second one does not undo the first. Regions and clocks are nobody."""
+    """Whom faults befell, of all that were seen: no later one undoes an earlier one. Regions and clocks are nobody."""
     return tuple(dict.fromkeys(name for one in seen if one.monitor not in (CLOCK, DOOR) for name in one.who))
 
 
