@@ -55,8 +55,13 @@ CASES = (
     Case(
         "spare_hand", "{kind: push, object: crate, time: 3.0, impulse: [0.3, 0.3]}", "the crate is pushed by 0.42 N s"
     ),
-    Case("spare_hand", "{kind: mass, object: crate, factor: 1.3}", "the crate is 30 % heavier"),
+    Case(
+        "spare_hand",
+        "{kind: mass, object: crate, factor: 1.3}",
+        "the crate is 30 % heavier; it is lifted from 8.1 s on",
+    ),
     Case("spare_hand", "{kind: mass, object: crate, factor: 0.7}", "the crate is 30 % lighter"),
+    Case("spare_hand", "{kind: mass, object: crate, factor: 10.0}", "the crate is ten times as heavy"),
     Case("relay", "{kind: sensors, delay: 0.02}", "all is seen 20 ms late"),
     Case("spare_hand", "{kind: sensors, delay: 0.02}", "all is seen 20 ms late; they start side by side"),
     Case("spare_hand", "{kind: sensors, delay: 0.05}", "all is seen 50 ms late"),

@@ -86,14 +86,15 @@ def AddFaultMonitors(
     motion = MotionMonitor(places, scenario, models, **common)
     door = DoorMonitor(places, scenario, first_step=faults.first_step, ignored=faults.blocked)
     clock = ClockMonitor(places, scenario, models, **common)
+    load = LoadMonitor(places, scenario, models, **common)
     monitors = (
         drive,
         motion,
         door,
         clock,
+        load,
         GripMonitor(places, scenario, models, parts.welds, **common),
         ObjectMonitor(places, scenario, parts.welds, **common),
-        LoadMonitor(places, scenario, models, **common),
     )
     for monitor in monitors:
         builder.AddSystem(monitor)
@@ -101,8 +102,9 @@ def AddFaultMonitors(
         builder.Connect(supervisor.get_progress_output_port(), monitor.get_progress_input_port())
     for monitor in (drive, motion):
         builder.Connect(torque, monitor.get_torque_input_port())
-    builder.Connect(drives.get_delivered_output_port(), drive.get_delivered_input_port())
-    for monitor in (clock, motion):
+    for monitor in (drive, load):
+        builder.Connect(drives.get_delivered_output_port(), monitor.get_delivered_input_port())
+    for monitor in (clock, load, motion):
         builder.Connect(age, monitor.get_age_input_port())
     builder.Connect(doors.get_closed_output_port(), door.get_closed_input_port())
     return monitors

@@ -181,8 +181,7 @@ class Leg:
             if seen not in self.going.seen
         ]
         for seen in [seen for seen in new if not self.going.knows(seen)]:
-            self.going.seen.append(seen)
-            self.going.losses = self.going.losses.after(seen)
+            self.going.see(seen)
             self.halted = f"{self.halted}; {seen}" if self.halted else str(seen)
 
     # Safe mode.

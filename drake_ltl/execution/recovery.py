@@ -24,6 +24,7 @@ from drake_ltl.execution.situations import situation, whereabouts
 from drake_ltl.execution.under_way import Noticed, UnderWay
 from drake_ltl.faults.injection import Injector
 from drake_ltl.faults.lateness import slowed
+from drake_ltl.faults.weights import check_burdens
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.mission import Mission
@@ -103,6 +104,7 @@ def _carry_out(going: UnderWay, leg: Leg) -> str:
         try:
             now, seen = situation(leg.bodies, going.losses), whereabouts(going.scenario, going.parts)
             again = replan(going.scenario, going.models.geometry, going.fits, now, seen)
+            check_burdens(again.plan, going.losses.masses, going.scenario, going.models)
         except (InfeasibleError, SearchLimitError) as error:
             return _stopped(going, " ".join(str(error).split()))
         _note(going, "planned again")

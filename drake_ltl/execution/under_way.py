@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from drake_ltl.execution.joined import Part
 from drake_ltl.execution.runner import RunProgress
 from drake_ltl.faults.injection import Injector
-from drake_ltl.faults.losses import CLOCK, DOOR, Losses
+from drake_ltl.faults.losses import CLOCK, DOOR, LOAD, Losses
+from drake_ltl.faults.weights import too_heavy, weighed
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.planning.fits import Fits
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.systems.fault_monitors.load import OFF
 
 
 @dataclass(frozen=True)
@@ -53,10 +55,19 @@ class UnderWay:
         """Number of the run's step with which the next part begins."""
         return sum(part.num_steps for part in self.parts)
 
+    def see(self, seen: Violation) -> None:
+        """Something new: what is lost, and with which weights the next part begins."""
+        self.seen.append(seen)
+        losses = self.losses.after(seen)
+        self.models = weighed(self.models, losses.masses)
+        self.losses = replace(losses, objects=too_heavy(losses.masses, self.scenario, self.models))
+
     def knows(self, seen: Violation) -> bool:
         """Whether this is nothing new."""
         if seen.monitor == CLOCK:
             return (seen.value or 0.0) <= self.losses.delay
+        if seen.monitor == LOAD and (mass := self.losses.masses.get(seen.who[0])):
+            return abs((seen.value or 0.0) - mass) <= OFF * mass
         return seen.who[0] in (self.losses.regions if seen.monitor == DOOR else self.ignored)
 
     @property

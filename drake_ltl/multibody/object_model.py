@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +52,9 @@ class ObjectModel:
         self.X_OG: RigidTransform = plant.GetFrameByName(RING_FRAME, instance).GetFixedPoseInBodyFrame()
         """The grasp ring's frame at azimuth 0."""
         self.mass: float = body.default_mass()
-        """[kg]"""
+        """[kg], as its model has it, and V."""
+        self.borne_mass: float = self.mass
+        """[kg], for which its carriers make up: its mass, unless it was weighed (see `weighing`)."""
         self.I_OOo_O: np.ndarray = body.default_rotational_inertia().CopyToFullMatrix3()
         """Rotational inertia (3, 3) about Oo in O [kg m^2]."""
         self.balls_O: np.ndarray = body_balls(plant, scene_graph.model_inspector(), body)
@@ -70,6 +73,12 @@ class ObjectModel:
         self._inner_balls_O = body_balls(plant, scene_graph.model_inspector(), body, inside=True)
         self._body_name = body.name()
         self._require_rest()
+
+    def weighing(self, mass: float) -> ObjectModel:
+        """The same of an object that was found to weigh so much [kg], which its carriers bear from then on."""
+        model = copy(self)
+        model.borne_mass = mass
+        return model
 
     @property
     def body_name(self) -> str:

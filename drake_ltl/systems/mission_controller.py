@@ -64,7 +64,7 @@ class MissionController(LeafSystem):
         self._q, self._qd = span(places.q), span(places.qd)
         self._models, self._settings = models, scenario.controller
         self._orders = LatestOrders(program, scenario, models, self._crew.rows)
-        self._object_gravity = {name: body_gravity(model.mass) for name, model in models.objects.items()}
+        self._object_gravity = {name: body_gravity(model.borne_mass) for name, model in models.objects.items()}
         self._state = self.DeclareVectorInputPort("state", places.size)
         self._progress = self.DeclareAbstractInputPort("progress", Value[object]())
         inputs, n = {self.all_input_ports_ticket(), self.time_ticket()}, self._crew.n

@@ -112,7 +112,7 @@ class LatestOrders:
         settings, agents = scenario.controller, models.agents
         self._program, self._agents, self._rows = program, agents, rows
         self._team_damping = np.repeat([settings.team_rotation_damping, settings.team_damping], 3)
-        self._masses = {name: model.mass for name, model in models.objects.items()}
+        self._masses = {name: model.borne_mass for name, model in models.objects.items()}
         self._n = sum(model.n for model in agents.values())
         self._field, self._springs = LatestField(program, scenario, models), PostureSprings(agents)
         self._travellers = {

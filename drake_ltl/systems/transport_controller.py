@@ -68,7 +68,7 @@ def TransportController_(T):
                 raise ValueError(f"damping must be 6 positive numbers, not {damping!r}")
             self._object_model, self._agents = obj, dict(agents)
             self._damping, self._speed_limit = damping, speed_limit
-            self._gravity, self._springs = body_gravity(obj.mass), PostureSprings(self._agents)
+            self._gravity, self._springs = body_gravity(obj.borne_mass), PostureSprings(self._agents)
             self._object = self.DeclareVectorInputPort(f"state_{name}", 13)
             self._gradient = self.DeclareVectorInputPort("gradient", 6)
             self._shares = self.DeclareVectorInputPort("shares", len(self._agents))
@@ -129,7 +129,7 @@ def TransportController_(T):
         def _team_damping(self, context: Context) -> np.ndarray:
             shares = self._checked_shares.Eval(context)
             team = (model.mass for model, share in zip(self._agents.values(), shares, strict=True) if share > 0.0)
-            return team_damping(self._damping, self._object_model.mass + sum(team))
+            return team_damping(self._damping, self._object_model.borne_mass + sum(team))
 
         def _calc_shares(self, context: Context, value) -> None:
             shares = self._shares.Eval(context)

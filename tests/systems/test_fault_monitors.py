@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
-from drake_ltl.dynamics.load_spring import LIFT
+from drake_ltl.faults.weights import weighed
 from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.systems.doors import Doors
 from drake_ltl.systems.fault_monitors import (
@@ -19,7 +19,7 @@ from drake_ltl.systems.fault_monitors import (
     ObjectMonitor,
 )
 from drake_ltl.systems.fault_monitors.door import CLOSED_TIME
-from drake_ltl.systems.fault_monitors.objects import OFF
+from drake_ltl.systems.fault_monitors.load import OFF_TIME, WINDOW
 from drake_ltl.systems.program import all_welds
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
@@ -181,14 +181,73 @@ def test_objects_that_move_by_themselves_are_noticed(places, case_ii, models, x,
     assert len([what for _ in range(40) for what in watched.look(told, state=x)]) == expected
 
 
-def test_a_load_that_rises_is_noticed(places, case_ii, models, x):
-    watched, told = Watched(LoadMonitor(places, case_ii, models, **REST)), progress([Mode.TRANSPORT] * 3)
-    assert watched.look(told, state=x) == []
-    x = x.copy()
-    x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, LIFT]
-    assert watched.look(told, state=x) == []  # as high as loads are carried
-    x[places.pose["o1"]] += [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, OFF + 0.001]
-    assert watched.look(told, state=x) == ["o1 does not stay at the height at which it is carried"]
+def carried(case_ii, places, models, x, mass, *, height, floor=0.0):
+    """(state, torques) of 150 looks: a1 and a2 squeeze o1 and carry it off `height` [m] above the floor, which bears
+    `floor` [N], ever faster; a3 stands."""
+    crew, x, chance = CrewModel(case_ii.agents), x.copy(), np.random.default_rng(0)
+    x[places.qd[:8]] = 0.1  # nobody is held fast
+    x[places.pose["o1"]][6] = models.objects["o1"].height + height
+    qdd = np.r_[chance.normal(0.0, 0.3, 8), np.zeros(4)]
+    a_z, share, squeeze = 0.3, 0.3, 20.0 * chance.normal(size=6)
+    f = np.array([*chance.normal(size=5), mass * (9.81 + a_z) - floor])
+    for _ in range(150):
+        crew.set_state(x[places.q], x[places.qd])
+        torque = crew.inverse_dynamics(qdd)
+        for name, wrench in (("a1", share * f + squeeze), ("a2", (1.0 - share) * f - squeeze)):
+            torque[crew.rows[name]] += crew.grasp_jacobian(name).T @ wrench
+        yield x.copy(), torque
+        x[places.qd] += DT * qdd
+        x[places.q] += DT * x[places.qd]
+        x[places.velocity["o1"]][5] += DT * a_z
+
+
+CARRY = progress([Mode.TRANSPORT, Mode.TRANSPORT, Mode.HOLD], (0, 1, NO_GRASP))
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("factor", "height", "floor", "noticed"),
+    [
+        (1.0, 0.05, 0.0, False),
+        (1.1, 0.05, 0.0, False),
+        (0.9, 0.05, 0.0, False),
+        (1.3, 0.05, 0.0, True),
+        (0.7, 0.05, 0.0, True),
+        (0.7, 0.0, 0.0, False),  # the floor might bear the rest ...
+        (1.3, 0.0, 0.0, True),  # ... and draws at nothing
+        (1.3, 0.0, 1.5, False),
+    ],
+)
+def test_a_load_is_weighed_while_it_is_carried(places, case_ii, models, x, noise, factor, height, floor, noticed):
+    monitor, chance = LoadMonitor(places, case_ii, models, **REST), np.random.default_rng(1)
+    watched, mass, sigma = Watched(monitor), factor * models.objects["o1"].mass, np.full(len(x), 2e-4)
+    for rows in (places.qd, *places.velocity.values()):
+        sigma[rows] = 2e-3
+    for state, torque in carried(case_ii, places, models, x, mass, height=height, floor=floor):
+        seen = state + noise * sigma * chance.normal(size=len(x))
+        watched.look(CARRY, state=seen, delivered=torque, age=NEW)
+    found = monitor.violations(watched.context)
+    assert [violation.what for violation in found] == ["o1 does not weigh 0.5 kg, as is believed"] * noticed
+    if noticed:
+        assert found[0].value == pytest.approx(mass, rel=0.05 if noise else 1e-9)
+        assert found[0].time <= WINDOW + OFF_TIME + 2.0 * DT
+
+
+def test_what_was_weighed_is_believed(places, case_ii, models, x):
+    heavier = weighed(models, {"o1": 0.65})
+    for models_now, noticed in ((models, 1), (heavier, 0)):
+        watched = Watched(LoadMonitor(places, case_ii, models_now, **REST))
+        looks = carried(case_ii, places, models, x, 0.65, height=0.05)
+        found = [what for s, t in looks for what in watched.look(CARRY, state=s, delivered=t, age=NEW)]
+        assert len(found) == noticed
+
+
+def test_who_is_held_fast_weighs_nothing(places, case_ii, models, x):
+    """Brakes bear part of the load."""
+    watched = Watched(LoadMonitor(places, case_ii, models, **REST))
+    for state, torque in carried(case_ii, places, models, x, 0.1, height=0.05):
+        state[places.qd[4:8]] = 1e-7
+        assert watched.look(CARRY, state=state, delivered=torque, age=NEW) == []
 
 
 def test_a_door_that_closes_is_noticed_once_its_contact_rests(places, case_ii, x):

@@ -8,8 +8,9 @@ from drake_ltl.systems.fault_monitors.door import DoorMonitor
 from drake_ltl.systems.fault_monitors.drive import DriveMonitor
 from drake_ltl.systems.fault_monitors.fault_monitor import FaultMonitor
 from drake_ltl.systems.fault_monitors.grip import GripMonitor
+from drake_ltl.systems.fault_monitors.load import LoadMonitor
 from drake_ltl.systems.fault_monitors.motion import MotionMonitor
-from drake_ltl.systems.fault_monitors.objects import LoadMonitor, ObjectMonitor
+from drake_ltl.systems.fault_monitors.objects import ObjectMonitor
 
 __all__ = [
     "ClockMonitor",

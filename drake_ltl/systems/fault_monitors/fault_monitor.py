@@ -72,7 +72,7 @@ class FaultMonitor(Monitor):
         what: str,
         *,
         value: float,
-        limit: float,
+        limit: float | None,
         unit: str,
     ) -> Violation:
         step = self._first_step + progress.count

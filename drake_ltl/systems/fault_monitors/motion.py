@@ -11,10 +11,10 @@ from pydrake.systems.framework import Context, InputPort
 from drake_ltl.faults.losses import MOTION
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
-from drake_ltl.multibody.crew import CrewModel
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.fault_monitors.fault_monitor import SMOOTHING, Durations, FaultMonitor
+from drake_ltl.systems.fault_monitors.residual import Look, Residuals
 from drake_ltl.systems.monitors.monitor import Memory
 from drake_ltl.systems.progress import Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode
@@ -37,13 +37,10 @@ STANDSTILL_FORCE = 0.1
 
 
 @dataclass
-class _Residual:
-    """Progress, state, torques (n,) and smoothed residual (n,) of the last look."""
+class _Notes:
+    """The last look, the smoothed residual (n,), and for how long joints stand still or residuals are large."""
 
-    progress: Progress
-    x: np.ndarray
-    torques: tuple[np.ndarray, ...]
-    """Of the last look, and before it those of looks back to when `x` was measured; oldest first."""
+    look: Look
     smooth: np.ndarray
     still: Durations = field(default_factory=Durations)
     large: Durations = field(default_factory=Durations)
@@ -52,25 +49,17 @@ class _Residual:
 class MotionMonitor(FaultMonitor):
     """Agents that do not move as their torques should move them. Also takes `torque`, and `age` of the state.
 
-    The residual is B qdd + N qd + g - tau, with qdd from two measurements and tau of when they were made: what acts on
-    the joints besides drives. Of a differential drive, which stands on the floor, it is that of (U1), at its joints x
-    and yaw. Of agents that hold an object, whose load is not known, it is not formed; they are watched for joints that
-    stand still while they should carry.
+    By their `Residuals`. Those of agents that hold an object, whose load is not known, are left out; they are watched
+    for joints that stand still while they should carry.
     """
 
     def __init__(self, places: StatePlaces, scenario: Scenario, models: MeasuredModels, **rest):
         super().__init__(MOTION, places, scenario, **rest)
-        self._crew, self._dt = CrewModel(scenario.agents), scenario.simulation.time_step
-        self._limits = np.concatenate([model.effort_limits for model in models.agents.values()])
-        ranges = [
-            (model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits())
-            for model in models.agents.values()
-        ]
-        self._lower, self._upper = (np.concatenate(ends) for ends in zip(*ranges, strict=True))
+        self._dt, self._residuals = scenario.simulation.time_step, Residuals(places, scenario, models)
+        self._rows = self._residuals.crew.rows
         bases = [np.arange(n) < NUM_BASE_JOINTS for n in places.sizes]
         self._least = np.where(np.concatenate(bases), LEAST_RESIDUAL, LEAST_ARM_RESIDUAL)
-        self._wheeled = {name: model for name, model in models.agents.items() if not model.has_arm}
-        self._torque = self.DeclareVectorInputPort("torque", len(self._limits))
+        self._torque = self.DeclareVectorInputPort("torque", places.q.size)
         self._age = self.DeclareVectorInputPort("age", 1)
 
     def get_age_input_port(self) -> InputPort:
@@ -80,24 +69,20 @@ class MotionMonitor(FaultMonitor):
         return self._torque
 
     def _observe(self, context: Context, memory: Memory) -> Iterable[Violation]:
-        x = self._state.Eval(context).copy()
-        torque = np.clip(self._torque.Eval(context), -self._limits, self._limits)
         progress: Progress = self._progress.Eval(context)
-        before: _Residual | None = memory.notes
+        before: _Notes | None = memory.notes
+        looked = None if before is None else before.look
+        torque, age = self._torque.Eval(context), float(self._age.Eval(context)[0])
+        look = self._residuals.look(looked, progress, self._state.Eval(context), torque, age)
         if before is None:
-            memory.notes = _Residual(progress, x, (torque,), np.zeros(len(torque)))
+            memory.notes = _Notes(look, np.zeros(len(torque)))
             return
-        late = round(float(self._age.Eval(context)[0]) / self._dt)
-        held = {name for name, told in zip(self._places.agents, progress.agents, strict=True) if told.grasp != NO_GRASP}
-        # once the supervisor has changed its mind other torques act than were seen before
-        known = progress is before.progress and len(before.torques) > late
-        smooth = self._smoothed(before, x, held) if known else before.smooth
-        torques = (*before.torques, torque)[-1 - late :]
-        memory.notes = _Residual(progress, x, torques, smooth, before.still, before.large)
+        smooth = before.smooth if look.acted is None else self._smoothed(before, look)
+        memory.notes = _Notes(look, smooth, before.still, before.large)
         for name, told in zip(self._places.agents, progress.agents, strict=True):
             if name in self._ignored:
                 continue
-            rows = self._crew.rows[name]
+            rows = self._rows[name]
             worst = rows.start + int(np.argmax(np.abs(smooth[rows]) / self._least[rows]))
             large = bool(abs(smooth[worst]) > self._least[worst])
             if before.large.lasts(name, large, context.get_time()) >= RESIDUAL_TIME:
@@ -111,23 +96,18 @@ class MotionMonitor(FaultMonitor):
                     limit=float(self._least[worst]),
                     unit="",
                 )
-            fastest = float(np.abs(x[self._places.qd][rows]).max())
-            driven = float(np.hypot(*torque[rows][:NUM_BASE_JOINTS])) > STANDSTILL_FORCE
+            fastest = float(np.abs(look.x[self._places.qd][rows]).max())
+            driven = float(np.hypot(*look.torques[-1][rows][:NUM_BASE_JOINTS])) > STANDSTILL_FORCE
             stands = told.mode >= Mode.TRANSPORT and driven and fastest < STANDSTILL
             if before.still.lasts(name, stands, context.get_time()) >= STANDSTILL_TIME:
                 what = f"{name} stands still though it should carry: its fastest joint (m/s or rad/s)"
                 yield self._says(context, progress, (name,), what, value=fastest, limit=STANDSTILL, unit="")
 
-    def _smoothed(self, before: _Residual, x: np.ndarray, held: set[str]) -> np.ndarray:
-        q, qd = before.x[self._places.q], before.x[self._places.qd]
-        qdd = (x[self._places.qd] - qd) / self._dt
-        self._crew.set_state(q, qd)
-        residual = self._crew.inverse_dynamics(qdd) - before.torques[0]
-        for name, model in self._wheeled.items():
-            rows = self._crew.rows[name]
-            residual[rows] = model.unexplained(q[rows], qdd[rows], before.torques[0][rows])
+    def _smoothed(self, before: _Notes, look: Look) -> np.ndarray:
+        residual = self._residuals.between(before.look, look)
         smooth = before.smooth + self._dt / SMOOTHING * (residual - before.smooth)
-        smooth[(q < self._lower + STOP) | (q > self._upper - STOP)] = 0.0
-        for name in held:
-            smooth[self._crew.rows[name]] = 0.0
+        smooth[self._residuals.near_stops(before.look, STOP)] = 0.0
+        for name, told in zip(self._places.agents, look.progress.agents, strict=True):
+            if told.grasp != NO_GRASP:
+                smooth[self._rows[name]] = 0.0
         return smooth

@@ -1,31 +1,25 @@
-"""Objects that move though nobody holds them, or leave the height at which they are carried."""
+"""Objects that move though nobody holds them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 from pydrake.systems.framework import Context
 
-from drake_ltl.dynamics.load_spring import LIFT
-from drake_ltl.faults.losses import LOAD, OBJECT
+from drake_ltl.faults.losses import OBJECT
 from drake_ltl.monitoring.violation import Violation
-from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.systems.fault_monitors.fault_monitor import Durations, FaultMonitor
 from drake_ltl.systems.monitors.monitor import Memory
 from drake_ltl.systems.program import Weld
-from drake_ltl.systems.progress import Progress
-from drake_ltl.systems.signals import NO_GRASP, Mode
+from drake_ltl.systems.signals import NO_GRASP
 from drake_ltl.systems.state_places import StatePlaces
 
 MOVES = 0.05
 """An object that nobody holds is not as fast as this [m/s] ..."""
 MOVES_TIME = 0.1
 """... for so long [s]: let go, it may rock."""
-OFF = 0.05
-"""What is carried is neither farther below the floor's height nor farther above its LIFT [m]: loads of the weight
-believed are by less than 2 cm."""
 
 
 class ObjectMonitor(FaultMonitor):
@@ -44,26 +38,3 @@ class ObjectMonitor(FaultMonitor):
             if moving.lasts(name, name not in held and speed > MOVES, now) >= MOVES_TIME and name not in self._ignored:
                 what = f"{name} moves though nobody holds it"
                 yield self._says(context, progress, (name,), what, value=speed, limit=MOVES, unit="m/s")
-
-
-class LoadMonitor(FaultMonitor):
-    """Objects that rise or sink while they are carried: they are not as heavy as is believed."""
-
-    def __init__(self, places: StatePlaces, scenario: Scenario, models: MeasuredModels, **rest):
-        super().__init__(LOAD, places, scenario, **rest)
-        self._heights: Mapping[str, float] = {name: model.height for name, model in models.objects.items()}
-
-    def _observe(self, context: Context, memory: Memory) -> Iterable[Violation]:
-        x, progress = self._state.Eval(context), self._progress.Eval(context)
-        for name in _carried(progress, tuple(self._heights)):
-            lift = float(x[self._places.pose[name]][6]) - self._heights[name]
-            off = max(-lift, lift - LIFT)
-            if off > OFF and name not in self._ignored:
-                what = f"{name} does not stay at the height at which it is carried"
-                yield self._says(context, progress, (name,), what, value=off, limit=OFF, unit="m")
-
-
-def _carried(progress: Progress, objects: tuple[str, ...]) -> Iterator[str]:
-    for index, name in enumerate(objects):
-        if any(told.mode == Mode.TRANSPORT + index for told in progress.agents):
-            yield name
