@@ -60,14 +60,14 @@ class UnderWay:
         self.seen.append(seen)
         losses = self.losses.after(seen)
         self.models = weighed(self.models, losses.masses)
-        self.losses = replace(losses, objects=too_heavy(losses.masses, self.scenario, self.models))
+        self.losses = replace(losses, objects=losses.objects | too_heavy(losses.masses, self.scenario, self.models))
 
     def knows(self, seen: Violation) -> bool:
         """Whether this is nothing new."""
         if seen.monitor == CLOCK:
             return (seen.value or 0.0) <= self.losses.delay
-        if seen.monitor == LOAD and (mass := self.losses.masses.get(seen.who[0])):
-            return abs((seen.value or 0.0) - mass) <= OFF * mass
+        if seen.monitor == LOAD and seen.value is not None and (mass := self.losses.masses.get(seen.who[0])):
+            return abs(seen.value - mass) <= OFF * mass
         return seen.who[0] in (self.losses.regions if seen.monitor == DOOR else self.ignored)
 
     @property

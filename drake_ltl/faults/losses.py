@@ -20,7 +20,7 @@ class Losses:
     grippers: frozenset[str] = frozenset()
     """Agents that can drive, but grasp nothing any more."""
     objects: frozenset[str] = frozenset()
-    """That nobody can carry any more: their weight is too much for any team."""
+    """That nobody can carry any more: their weight is too much."""
     regions: frozenset[str] = frozenset()
     """That nobody may enter any more; who is there may stay or leave."""
     delay: float = 0.0
@@ -35,8 +35,10 @@ class Losses:
             return replace(self, agents=self.agents | {seen.who[0]})
         if seen.monitor == GRIP:
             return replace(self, grippers=self.grippers | {seen.who[0]})
+        if seen.monitor == LOAD and seen.value is None:
+            return replace(self, objects=self.objects | {seen.who[0]})
         if seen.monitor == LOAD:
-            return replace(self, masses={**self.masses, seen.who[0]: seen.value or 0.0})
+            return replace(self, masses={**self.masses, seen.who[0]: seen.value})
         if seen.monitor == DOOR:
             return replace(self, regions=self.regions | {seen.who[0]})
         if seen.monitor == CLOCK:

@@ -83,7 +83,10 @@ def test_a_run_knows_what_it_has_weighed(haul, transport):
     assert going.models.objects[transport.object].borne_mass == 0.65
     assert going.knows(replace(seen, value=0.7))
     assert not going.knows(replace(seen, value=0.8))
+    stuck = replace(seen, what="is not lifted", value=None)
+    assert not going.knows(stuck)
     going.see(replace(seen, value=1000.0))
+    assert going.knows(stuck)
     assert str(going.losses) == f"{transport.object} weighs 1e+03 kg; {transport.object} cannot be carried any more"
 
 

@@ -19,7 +19,7 @@ from drake_ltl.systems.fault_monitors import (
     ObjectMonitor,
 )
 from drake_ltl.systems.fault_monitors.door import CLOSED_TIME
-from drake_ltl.systems.fault_monitors.load import OFF_TIME, WINDOW
+from drake_ltl.systems.fault_monitors.load import OFF_TIME, STUCK_TIME, WINDOW
 from drake_ltl.systems.program import all_welds
 from drake_ltl.systems.progress import AgentSignals, Progress
 from drake_ltl.systems.signals import NO_GRASP, Mode, Phase
@@ -248,6 +248,17 @@ def test_who_is_held_fast_weighs_nothing(places, case_ii, models, x):
     for state, torque in carried(case_ii, places, models, x, 0.1, height=0.05):
         state[places.qd[4:8]] = 1e-7
         assert watched.look(CARRY, state=state, delivered=torque, age=NEW) == []
+
+
+@pytest.mark.parametrize(("share", "height", "noticed"), [(1.0, 0.0, 1), (0.99, 0.0, 0), (1.0, 0.05, 0)])
+def test_what_all_the_torque_does_not_lift_is_too_heavy(places, case_ii, models, x, share, height, noticed):
+    watched, x = Watched(LoadMonitor(places, case_ii, models, **REST)), x.copy()
+    x[places.pose["o1"]][6] = models.objects["o1"].height + height
+    limits = np.concatenate([model.effort_limits for model in models.agents.values()])
+    torque = limits * np.tile([1.0, 1.0, -share, 0.5], 3)  # a base at its limit proves nothing
+    asked = {"state": x, "delivered": torque, "age": NEW}
+    found = [what for _ in range(round(STUCK_TIME / DT) + 2) for what in watched.look(CARRY, **asked)]
+    assert found == ["o1 is not lifted by all the torque that its carriers have"] * noticed
 
 
 def test_a_door_that_closes_is_noticed_once_its_contact_rests(places, case_ii, x):

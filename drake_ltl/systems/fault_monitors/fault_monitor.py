@@ -71,9 +71,9 @@ class FaultMonitor(Monitor):
         who: tuple[str, ...],
         what: str,
         *,
-        value: float,
-        limit: float | None,
-        unit: str,
+        value: float | None = None,
+        limit: float | None = None,
+        unit: str = "",
     ) -> Violation:
         step = self._first_step + progress.count
         return Violation(self.kind, context.get_time(), step, who, what, value, limit, unit)

@@ -24,6 +24,7 @@ from pydrake.systems.framework import Context, InputPort
 from drake_ltl.dynamics import GRAVITY
 from drake_ltl.faults.losses import LOAD
 from drake_ltl.monitoring.violation import Violation
+from drake_ltl.multibody.agent_model import NUM_BASE_JOINTS
 from drake_ltl.multibody.measure import MeasuredModels
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.scenario.model import Scenario
@@ -43,6 +44,8 @@ WINDOW = 0.25
 """... in the mean over so long [s]."""
 ALOFT = 0.01
 """What is so far above the floor [m] is borne by its carriers alone."""
+STUCK_TIME = 1.0
+"""What is not off the floor though its carriers' arms have given all their torque for so long [s] is too heavy."""
 STRAIGHT = 1e-6
 """How far u_i may be from moving the gripper straight up [-]."""
 STOP = 0.05
@@ -62,11 +65,12 @@ class _Weight:
 
 @dataclass
 class _Notes:
-    """The last look, the latest weights of each object, and for how long they have been off."""
+    """The last look, the latest weights of each object, and for how long they have been off or it has not risen."""
 
     look: Look
     weights: dict[str, deque[_Weight]] = field(default_factory=dict)
     off: Durations = field(default_factory=Durations)
+    stuck: Durations = field(default_factory=Durations)
 
 
 class LoadMonitor(FaultMonitor):
@@ -95,6 +99,7 @@ class LoadMonitor(FaultMonitor):
             memory.notes = _Notes(look)
             return
         notes.look = look
+        yield from self._stuck(context, notes.stuck, look)
         if look.acted is None:
             return
         seen = dict(self._weights(before, look))
@@ -108,7 +113,23 @@ class LoadMonitor(FaultMonitor):
             off = mass is not None and abs(mass - model.borne_mass) > OFF * model.borne_mass
             if notes.off.lasts(name, off, context.get_time()) >= OFF_TIME and name not in self._ignored:
                 what = f"{name} does not weigh {model.borne_mass:.3g} kg, as is believed"
-                yield self._says(context, progress, (name,), what, value=mass, limit=None, unit="kg")
+                yield self._says(context, progress, (name,), what, value=mass, unit="kg")
+
+    def _stuck(self, context: Context, stuck: Durations, look: Look) -> Iterator[Violation]:
+        """Torques at their limits are no longer those that would hold the arms up: nothing can be weighed by them."""
+        full = np.abs(look.torques[-1]) >= self._residuals.limits
+        for index, name in enumerate(self._objects):
+            arms = [
+                full[self._residuals.crew.rows[a]][NUM_BASE_JOINTS:]
+                for a in _team(look.progress, self._places.agents, index)
+            ]
+            grounded = any(arm.any() for arm in arms) and not self._is_aloft(name, look)
+            if stuck.lasts(name, grounded, context.get_time()) >= STUCK_TIME and name not in self._ignored:
+                what = f"{name} is not lifted by all the torque that its carriers have"
+                yield self._says(context, look.progress, (name,), what)
+
+    def _is_aloft(self, name: str, look: Look) -> bool:
+        return _lowest(self._objects[name], look.x[self._places.pose[name]]) > ALOFT
 
     def _weights(self, before: Look, look: Look) -> Iterator[tuple[str, _Weight]]:
         """Of every object that is carried by agents whose torques are all that moves them."""
@@ -121,8 +142,7 @@ class LoadMonitor(FaultMonitor):
             if team and None not in lifts:
                 vz = [x[self._places.velocity[name]][5] for x in (before.x, look.x)]
                 acceleration = float(vz[1] - vz[0]) / self.period
-                aloft = _lowest(self._objects[name], before.x[self._places.pose[name]]) > ALOFT
-                yield name, _Weight(sum(lifts), acceleration, aloft)
+                yield name, _Weight(sum(lifts), acceleration, self._is_aloft(name, before))
 
     def _lift(self, agent: str, before: Look, residual: np.ndarray, near_stops: np.ndarray) -> float | None:
         """u_i . r_i [N]; None if there is no u_i, or something else than torques may act on the joints it moves."""
