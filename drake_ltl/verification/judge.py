@@ -163,8 +163,8 @@ def _conduct_violations(
         yield from weld_violations(recording, welds, span, scenario.tolerances)
         yield from body_violations(recording, mechanics, span, roles, befallen(recording, scenario, "weld_breaks"))
         yield from rest_violations(recording, span, scenario.tolerances)
-    pushed = befallen(recording, scenario, "push")
-    yield from object_violations(recording, run.spans, run.roles, scenario.tolerances, pushed)
+    pushed, breaks = (befallen(recording, scenario, kind) for kind in ("push", "weld_breaks"))
+    yield from object_violations(recording, run.spans, run.roles, scenario.tolerances, pushed, breaks)
 
 
 def _stopped(recording: Recording) -> Violation:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -32,11 +32,13 @@ def object_violations(
     roles: Sequence[Roles],
     tolerances: Tolerances,
     pushed: Mapping[str, float],
+    breaks: Collection[str] = (),
 ) -> Iterator[Violation]:
     """Judged against the pose in which the object was last put down, so that creeping adds up.
 
     Args:
         pushed: object -> since when a fault may have pushed it [s]; in a step that is halted for it, it may move.
+        breaks: agents whose grasps a fault may have broken; in a step that is halted for it they hold nothing up.
     """
     usual = DRIFT + STOPPING_TIME * tolerances.speed
     for obj in recording.objects:
@@ -51,7 +53,8 @@ def object_violations(
             time, pose = recording.time[first : span.end + 1], recording.pose[obj][first : span.end + 1]
             off = pose[:, 4:] - recording.pose[obj][put, 4:]
             if settles:
-                off[:, 2] = _risen_or_fallen(recording, obj, slice(first, span.end + 1))
+                broken = set(span.faulty).intersection(breaks)
+                off[:, 2] = _risen_or_fallen(recording, obj, slice(first, span.end + 1), broken)
             way = np.linalg.norm(off, axis=1)
             what = f"{obj} moves by more than {1e3 * limit:.3g} mm though nobody carries it"
             yield from where_bad(Violation("object", (obj,), what, step=span.number, unit="m"), way > limit, way, time)
@@ -71,11 +74,12 @@ def _let_go(recording: Recording, obj: str, span: Span, step: Roles) -> int:
     return span.end if not span.halted or held.all() else span.first + int(np.argmin(held))
 
 
-def _risen_or_fallen(recording: Recording, obj: str, rows: slice) -> np.ndarray:
-    """(n,) [m] what an object has risen since somebody of its team let go of it, while others hold it, for they may
-    set it down; then how much higher or lower it is than where the last one let go."""
+def _risen_or_fallen(recording: Recording, obj: str, rows: slice, broken: Collection[str]) -> np.ndarray:
+    """(n,) [m] what an object has risen since somebody of its team let go of it, while others hold it whose grasp is
+    not broken, for they may set it down; then how much higher or lower it is than where the last one let go."""
     z = recording.pose[obj][rows, 6]
-    held = np.flatnonzero((recording.grasp[rows] == recording.objects.index(obj)).any(axis=1))
+    sound = [column for column, agent in enumerate(recording.agents) if agent not in broken]
+    held = np.flatnonzero((recording.grasp[rows][:, sound] == recording.objects.index(obj)).any(axis=1))
     last = int(held[-1]) if len(held) else 0
     return np.where(np.arange(len(z)) < last, np.maximum(z - z[0], 0.0), z - z[last])
 

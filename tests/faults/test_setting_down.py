@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_ltl import mission
 from drake_ltl.execution.leg import befallen
-from drake_ltl.faults.losses import DOOR, GRIP, OBJECT
+from drake_ltl.execution.situations import situation
+from drake_ltl.faults.legs import Bodies
+from drake_ltl.faults.losses import DOOR, GRIP, OBJECT, Losses
 from drake_ltl.monitoring.violation import Violation
 from drake_ltl.scenario import loads
+from drake_ltl.systems.progress import Measurement
 from drake_ltl.verification import verify
 
 MISSION = """
@@ -62,6 +66,18 @@ def test_it_lies_flat_before_anybody_lets_go(run_and_scenario):
     assert abs(pose[let_go, 6] - 0.25) < 5e-4
     turned = 2.0 * pose[-1, 3]
     assert abs(np.rad2deg(turned)) < 0.05  # who cannot turn can grasp it again, at 0.1 degrees
+
+
+@pytest.mark.parametrize(("degrees", "stuck"), [(0.05, False), (0.2, True)])
+def test_what_is_turned_by_more_than_welds_may_be_off_nobody_grasps_who_cannot_turn(degrees, stuck):
+    scenario = loads(MISSION)
+    models = mission.measure(scenario)
+    turned = RigidTransform(RotationMatrix.MakeZRotation(np.deg2rad(degrees)), [-9.0, 0.0, 0.25])
+    q = {agent.name: np.array([x, 5.0, 0.5, 1.0]) for agent, x in zip(scenario.agents, (-12.0, -6.0), strict=True)}
+    qd = {name: np.zeros(4) for name in q}
+    now = Measurement(1.0, q, qd, {"crate": turned}, {"crate": np.zeros(6)})
+    seen = situation(Bodies(scenario, models, now), Losses())
+    assert ("crate" in seen.stuck) == stuck
 
 
 def test_all_whom_faults_befell_are_named():
