@@ -116,7 +116,7 @@ class LoadMonitor(FaultMonitor):
                 yield self._says(context, progress, (name,), what, value=mass, unit="kg")
 
     def _stuck(self, context: Context, stuck: Durations, look: Look) -> Iterator[Violation]:
-        """With a joint's torque at its limit an arm may lean on the load instead of lifting it, and weigh too little."""
+        """With a torque at its limit an arm may lean on the load instead of lifting it, and weigh too little."""
         full = np.abs(look.torques[-1]) >= self._residuals.limits
         for index, name in enumerate(self._objects):
             arms = [
