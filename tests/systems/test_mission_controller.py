@@ -110,7 +110,9 @@ def test_in_safe_mode_who_holds_a_load_bears_what_moves_it_as_the_gripper(
     index, model, obj = list(models.agents).index(name), models.agents[name], models.objects[task.object]
     weld = next(i for i, w in enumerate(program.welds) if (w.agent, w.object) == (name, task.object))
     state = progress_of(program, models, world, 2, phase=Phase.SAFE)
-    agents = [replace(told, mode=Mode.HOLD, hold=world.q[n] + off) for n, told in zip(world.q, state.agents)]
+    agents = [
+        replace(told, mode=Mode.HOLD, hold=q + off) for q, told in zip(world.q.values(), state.agents, strict=True)
+    ]
     agents[index] = replace(agents[index], grasp=weld)
     free, bearing = (
         evaluate(diagrams[0], replace(state, agents=(*agents[:index], one, *agents[index + 1 :])), world)[0]
@@ -125,7 +127,7 @@ def test_in_safe_mode_who_holds_a_load_bears_what_moves_it_as_the_gripper(
     J_O = np.array([np.append(w, v + np.cross(w, p_EoOo)) for w, v in zip(J[:3].T, J[3:].T, strict=True)]).T
     A_O = J_O @ np.full(model.n, TRACKING_FREQUENCY**2 * off)
     inertia = obj.R_lying.matrix() @ obj.I_OOo_O @ obj.R_lying.matrix().T
-    force = np.append(inertia @ A_O[:3], obj.mass * (A_O[3:] + [0.0, 0.0, 9.81]))
+    force = np.append(inertia @ A_O[:3], obj.mass * (A_O[3:] + np.array([0.0, 0.0, 9.81])))
     np.testing.assert_allclose(added, J_O.T @ force, rtol=1e-9, atol=1e-9)
 
 
