@@ -16,10 +16,6 @@ from drake_ltl.systems.longest_time_step import longest_time_step, nearest, reac
 from drake_ltl.systems.program import MissionProgram, start_configuration
 from drake_ltl.systems.step_field import FieldBuilder, Snapshot, StepField
 
-BEARABLE = 1.5
-"""A start is refused where the time step is so many times the longest that swings nothing up: whoever starts there is
-driven off what is steep by its first torque. Up to 1.8 times V was not seen to rise; at 1.9 times it was."""
-
 
 def check_fields(program: MissionProgram, scenario: Scenario, models: MeasuredModels) -> None:
     """Builds the navigation function of every step once, as the mission is placed.
@@ -42,7 +38,7 @@ def _too_long(
     number: int, field: StepField, here: Snapshot, scenario: Scenario, models: MeasuredModels
 ) -> Iterator[Mistake]:
     time_step, longest = scenario.simulation.time_step, longest_time_step(field, here, scenario.controller, models)
-    if time_step > BEARABLE * longest:
+    if time_step > longest:
         gap, what = nearest(field.relations)
         short = 10.0 ** np.floor(np.log10(longest))
         yield Mistake(
