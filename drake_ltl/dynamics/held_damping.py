@@ -50,8 +50,8 @@ class HeldDamping:
         """Of an agent; for torques that follow the state at once `time_step` is 0."""
         if time_step == 0.0:
             return HeldDamping(K, speed_limit)
-        mass, decay = float(model.inertia(np.zeros(model.n))[0, 0]), time_step * np.max(K / model.least_inertia)
-        return HeldDamping(K, speed_limit, time_step, mass, float(decay))
+        decay = time_step * float(np.max(K / model.least_inertia))
+        return HeldDamping(K, speed_limit, time_step, model.mass, decay)
 
     def at(
         self, gradient: np.ndarray, qd: np.ndarray, inertia: Callable[[], np.ndarray]
