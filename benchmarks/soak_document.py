@@ -153,7 +153,7 @@ def _many_runs_row(name: str, rows: list[dict[str, Any]]) -> str:
     bodies = ("agent_agent", "agent_object", "object_object", "team_other")
     collided = sum(
         any((row["min_clearance"].get(kind) or 1.0) <= 0.0 for kind in bodies)
-        or any("overlap" in finding for finding in row["second_look"])
+        or any("overlap" in finding for finding in (*row["second_look"], *row["monitored"]))
         for row in rows
     )
     false = sum(row["status"] == "satisfied" and bool(row["second_look"] or row["monitored"]) for row in rows)
