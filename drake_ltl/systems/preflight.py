@@ -44,7 +44,7 @@ def _too_long(
         yield Mistake(
             "simulation.time_step",
             f"{time_step:g} s is too long for the start of step {number}, in which between {what} there are "
-            f"{1e3 * gap:.3g} mm: torques held for so long would swing movers up",
+            f"{1e3 * gap:.3g} mm: torques held for so long may raise V",
             f"use at most {np.floor(longest / short) * short:g} s, or let them start farther apart",
         )
 
