@@ -23,6 +23,7 @@ from drake_ltl.planning.initial import initial_state
 from drake_ltl.planning.methods import Method, plan_by
 from drake_ltl.planning.mission import Mission
 from drake_ltl.planning.plan import Plan, State
+from drake_ltl.planning_geometry import planning_geometry
 from drake_ltl.scenario import load as load_file
 from drake_ltl.scenario import loads
 from drake_ltl.scenario.model import Scenario
@@ -148,19 +149,3 @@ def planning_problem(scenario: Scenario, geometry: Geometry) -> tuple[State, Fit
     start = initial_state(scenario, check_starts(scenario, geometry))
     fits = GeometricFits(scenario, geometry) if scenario.fits is None else published_fits(scenario.fits)
     return start, fits
-
-
-def planning_geometry(scenario: Scenario) -> Geometry:
-    """The numbers planning needs; the models are loaded only if the file leaves some of them out."""
-    radii = [member.radius for member in (*scenario.agents, *scenario.objects)]
-    radii += [obj.team_radius for obj in scenario.objects]
-    if scenario.fits is None or None in radii:
-        from drake_ltl.multibody import MeasureGeometry  # loading Drake takes as long as most plans
-
-        return MeasureGeometry(scenario).geometry
-    return Geometry(
-        agent_radius={agent.name: agent.radius for agent in scenario.agents},
-        object_radius={obj.name: obj.radius for obj in scenario.objects},
-        object_height={obj.name: 0.0 for obj in scenario.objects},
-        team_radius={obj.name: obj.team_radius for obj in scenario.objects},
-    )

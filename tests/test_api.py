@@ -12,10 +12,11 @@ from rich.console import Console
 
 import drake_ltl
 from drake_ltl import examples
-from drake_ltl.api import planning_geometry, planning_problem
+from drake_ltl.api import planning_problem
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.planning.methods import plan_by
 from drake_ltl.planning.own_plan import own_plan
+from drake_ltl.planning_geometry import planning_geometry
 
 LIGHT = """
 import sys

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, scenario_path
-from drake_ltl.cli.outcome import console, working
+from drake_ltl.cli.outcome import console
+from drake_ltl.cli.starting import measured_models
 from drake_ltl.cli.statuses import SUCCESS
 
 
@@ -31,11 +32,7 @@ def run(args: argparse.Namespace) -> int:
     from drake_ltl.scenario import load
 
     scenario = load(args.file)
-    with working("loading the models"):
-        from drake_ltl.multibody import MeasureGeometry
-        from drake_ltl.scenario.starts import check_starts
-
-        check_starts(scenario, MeasureGeometry(scenario).geometry)
+    measured_models(scenario)
     counts = ((scenario.regions, "region"), (scenario.agents, "agent"), (scenario.objects, "object"))
     parts = ", ".join(f"{len(members)} {kind}{'' if len(members) == 1 else 's'}" for members, kind in counts)
     console().print(f"no mistakes found: {parts}", highlight=False)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, file_path, scenario_path
 from drake_ltl.cli.outcome import check_writable, say_written, silence_matplotlib, working
+from drake_ltl.cli.starting import measured_models
 from drake_ltl.cli.statuses import SUCCESS
 
 FORMATS = ("png", "svg", "pdf")
@@ -39,12 +40,11 @@ def run(args: argparse.Namespace) -> int:
     from drake_ltl.scenario import load
 
     scenario = load(args.file)
+    geometry = measured_models(scenario).geometry
     with working("drawing"):
-        from drake_ltl.multibody import MeasureGeometry
         from drake_ltl.scenario.starts import check_starts
         from drake_ltl.visualization.scenario_map import draw_map
 
-        geometry = MeasureGeometry(scenario).geometry
         draw_map(scenario, geometry, check_starts(scenario, geometry), args.output)
     say_written(args.output)
     return SUCCESS

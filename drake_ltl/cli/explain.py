@@ -11,6 +11,7 @@ from rich.text import Text
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, TIME_LIMIT_HELP, scenario_path, seconds
 from drake_ltl.cli.outcome import console, working
+from drake_ltl.cli.starting import measured_geometry
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import DrakeLtlError, InfeasibleError, SearchLimitError
 
@@ -45,16 +46,16 @@ def run(args: argparse.Namespace) -> int:
     from drake_ltl.scenario import load
 
     scenario = load(args.file)
+    geometry = measured_geometry(scenario)
 
     # What plans takes a while to load: only now is it sure to be needed.
-    from drake_ltl.api import planning_geometry, planning_problem
+    from drake_ltl.api import planning_problem
     from drake_ltl.cli.planning import planned
 
     _show("What is asked for", formula_lines(scenario))
     _show("What formulas may name", proposition_lines(scenario))
     _show("What depends on the number of steps", stutter_lines(scenario))
-    with working("loading the models"):
-        start, fits = planning_problem(scenario, planning_geometry(scenario))
+    start, fits = planning_problem(scenario, geometry)
     _show("Where everybody starts", start_lines(scenario, start))
     with working("forming automata and transition system"):
         sizes = list(size_lines(scenario, start, fits))

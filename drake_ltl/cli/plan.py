@@ -8,7 +8,8 @@ from contextlib import suppress
 
 from drake_ltl.cli.arguments import SCENARIO_HELP, TIME_LIMIT_HELP, file_path, scenario_path, seconds
 from drake_ltl.cli.guard import at_the_latest
-from drake_ltl.cli.outcome import check_writable, complain, console, working, write_json
+from drake_ltl.cli.outcome import check_writable, complain, console, write_json
+from drake_ltl.cli.starting import measured_geometry
 from drake_ltl.cli.statuses import FAILURE, SUCCESS
 from drake_ltl.errors import InfeasibleError, SearchLimitError
 
@@ -51,14 +52,15 @@ def run(args: argparse.Namespace) -> int:
 
     scenario = load(args.file)
 
+    geometry = measured_geometry(scenario)
+
     # What plans takes a while to load: only now is it sure to be needed.
-    from drake_ltl.api import planning_geometry, planning_problem
+    from drake_ltl.api import planning_problem
     from drake_ltl.cli import infeasibility, planning
     from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
     from drake_ltl.planning.table import plan_table
 
-    with working("loading the models"):
-        start, fits = planning_problem(scenario, planning_geometry(scenario))
+    start, fits = planning_problem(scenario, geometry)
     began = time.monotonic()
     try:
         found, method = planning.planned(args, scenario, start, fits)

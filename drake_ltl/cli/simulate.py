@@ -22,6 +22,7 @@ from drake_ltl.cli.outcome import (
     working,
     write_json,
 )
+from drake_ltl.cli.starting import measured_models
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     InfeasibleError,
@@ -75,15 +76,15 @@ def run(args: argparse.Namespace) -> int:
 
     scenario = load(args.file)
 
-    # Drake takes a while to load: only now is it sure to be needed.
+    models = measured_models(scenario)
+
+    # What plans and simulates takes a while to load: only now is it sure to be needed.
     from drake_ltl import mission
     from drake_ltl.api import planning_problem
     from drake_ltl.planning.plan_json import plan_to_json
     from drake_ltl.planning.table import plan_table
     from drake_ltl.verification import to_json, verdict_table, verify
 
-    with working("loading the models"):
-        models = mission.measure(scenario)
     out = console()
     try:
         with working("planning"):

@@ -25,6 +25,7 @@ from drake_ltl.cli.outcome import (
     working,
     write_json,
 )
+from drake_ltl.cli.starting import measured_models
 from drake_ltl.cli.statuses import FAILURE, INTERRUPTED, SUCCESS
 from drake_ltl.errors import (
     ExecutionError,
@@ -36,6 +37,8 @@ from drake_ltl.errors import (
 )
 
 if TYPE_CHECKING:
+    from drake_ltl.multibody import MeasuredModels
+    from drake_ltl.scenario.model import Scenario
     from drake_ltl.sweep.journal import Journal
     from drake_ltl.sweep.outcome import Outcome
     from drake_ltl.sweep.sweep import Sweep
@@ -84,6 +87,8 @@ def run(args: argparse.Namespace) -> int:
         raise InvalidInputError([Mistake("sweep", "it is not clear which runs are meant", remedy)])
     scenario = load(args.file)
 
+    models = measured_models(scenario)
+
     from drake_ltl.sweep.journal import NAME  # what sweeps takes a while to load
 
     folder = args.output or Path(f"sweep_{args.file.stem}")
@@ -91,18 +96,17 @@ def run(args: argparse.Namespace) -> int:
     silence_matplotlib()
     try:
         with working("planning"):
-            sweep = _prepare(args, scenario)
+            sweep = _prepare(args, scenario, models)
     except (InfeasibleError, SearchLimitError) as error:
         complain(f"no plan: {error}")
         return FAILURE
     return _run_only(sweep, args.only, folder) if args.runs is None else _run_all(sweep, args, folder)
 
 
-def _prepare(args: argparse.Namespace, scenario) -> Sweep:
+def _prepare(args: argparse.Namespace, scenario: Scenario, models: MeasuredModels) -> Sweep:
     from drake_ltl import mission
     from drake_ltl.sweep.sweep import GAINS, MASSES, Sweep
 
-    models = mission.measure(scenario)
     rounds = scenario.simulation.suffix_rounds if args.suffix_rounds is None else args.suffix_rounds
     return Sweep(
         scenario=scenario,

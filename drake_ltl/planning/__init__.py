@@ -1,7 +1,4 @@
-"""Symbolic planning: transition system, automata, optimal lasso search, and where the bodies of a plan stand."""
+"""Symbolic planning: transition system, automata, optimal lasso search, and where the bodies of a plan stand.
 
-from drake_ltl.planning.certificate import check
-from drake_ltl.planning.plan import Action, Plan, State
-from drake_ltl.planning.planner import plan
-
-__all__ = ["Action", "Plan", "State", "check", "plan"]
+Nothing is loaded with the package itself: who needs its numbers alone (`geometry`) needs no solver.
+"""

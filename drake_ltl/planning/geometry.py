@@ -1,6 +1,6 @@
 """The numbers that planning needs to know of the models: radii and where spheres stand.
 
-Planning never loads a model. `drake_ltl.diagrams.MeasureGeometry` measures these numbers with Drake.
+Planning never loads a model. `drake_ltl.multibody.MeasureGeometry` measures these numbers with Drake.
 """
 
 from __future__ import annotations

@@ -155,15 +155,15 @@ def _conduct_violations(
     recording: Recording, scenario: Scenario, run: _Run, mechanics: Mechanics, welds: WeldErrors
 ) -> Iterator[Violation]:
     """Everybody where they should be, welded to what they should hold, at rest when a step ends."""
+    pushed, breaks = (befallen(recording, scenario, kind) for kind in ("push", "weld_breaks"))
     yield from start_violations(recording, run.expected[0])
     for index, (span, roles) in enumerate(run.pairs):
         before, after = run.expected[index], run.expected[index + 1]
         yield from region_violations(recording, scenario, span, roles, before, after)
         yield from grasp_violations(recording, span, roles, before, after)
         yield from weld_violations(recording, welds, span, scenario.tolerances)
-        yield from body_violations(recording, mechanics, span, roles, befallen(recording, scenario, "weld_breaks"))
+        yield from body_violations(recording, mechanics, span, roles, breaks)
         yield from rest_violations(recording, span, scenario.tolerances)
-    pushed, breaks = (befallen(recording, scenario, kind) for kind in ("push", "weld_breaks"))
     yield from object_violations(recording, run.spans, run.roles, scenario.tolerances, pushed, breaks)
 
 

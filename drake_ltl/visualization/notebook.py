@@ -8,7 +8,7 @@ import io
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from drake_ltl.api import planning_geometry
+from drake_ltl.planning_geometry import planning_geometry
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.starts import check_starts
 from drake_ltl.visualization.scenario_map import SIZE, fill_map

@@ -78,7 +78,7 @@ def test_more_runs_and_other_sweeps(drake_ltl, shuttle_file, tmp_path, in_this_p
         return Outcome(number, "satisfied", simulated_seconds=1.0)
 
     monkeypatch.setattr(one_run, "run_one", satisfied)
-    monkeypatch.setattr(sweep, "_prepare", lambda args, scenario: Sweep(scenario, None, None, args.seed))
+    monkeypatch.setattr(sweep, "_prepare", lambda args, scenario, models: Sweep(scenario, None, None, args.seed))
     options = ("--seed", "5", "--output", tmp_path)
     for runs in (1, 3, 3, 2):
         result = drake_ltl("sweep", shuttle_file, "--runs", runs, *options)
@@ -176,7 +176,7 @@ from drake_ltl.cli import sweep
 
 sys.modules["drake_ltl.sweep.one_run"] = types.SimpleNamespace(run_one=fakes.carried_out)
 sys.modules["drake_ltl.sweep.figure"] = types.SimpleNamespace(write_summary_figure=lambda *args: None)
-sweep._prepare = lambda args, scenario: fakes.Sweep(scenario.name, scenario.source, args.seed)
+sweep._prepare = lambda args, scenario, models: fakes.Sweep(scenario.name, scenario.source, args.seed)
 sys.argv[0] = "drake-ltl"
 cli.entry_point()
 """

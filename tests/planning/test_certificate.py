@@ -8,11 +8,11 @@ from itertools import pairwise
 import pytest
 
 from drake_ltl.errors import CertificateError
-from drake_ltl.planning import check, plan
 from drake_ltl.planning.actions import actions_between, apply_actions
-from drake_ltl.planning.certificate import transition_fault
+from drake_ltl.planning.certificate import check, transition_fault
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import Action, State
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import form
 from drake_ltl.planning.words import satisfies

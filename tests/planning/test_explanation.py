@@ -10,7 +10,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import CertificateError, InfeasibleError, SearchLimitError
-from drake_ltl.planning import existence, plan
+from drake_ltl.planning import existence
 from drake_ltl.planning.abilities import able_teams, may_enter
 from drake_ltl.planning.certificate import check
 from drake_ltl.planning.demands import Demand, demands, in_words, with_demands
@@ -18,6 +18,7 @@ from drake_ltl.planning.explanation import explain_infeasible
 from drake_ltl.planning.feasibility import feasible_starts
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.refutation import Refutation
 from drake_ltl.planning.relaxation import Power, Problem, Room, Start

@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InfeasibleError, SearchLimitError
-from drake_ltl.planning import plan
 from drake_ltl.planning.certificate import transition_fault
 from drake_ltl.planning.costs import sum_of_ways
 from drake_ltl.planning.feasibility import feasible_starts
@@ -22,6 +21,7 @@ from drake_ltl.planning.graphs import automaton_hoa, plan_dot, product_graph, tr
 from drake_ltl.planning.outputs import write_outputs
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.plan_reader import plan_from_json
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import form
 from drake_ltl.scenario.formulas import global_formula

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InvalidInputError
-from drake_ltl.planning import plan
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import Plan
 from drake_ltl.planning.plan_json import plan_to_json
 from drake_ltl.planning.plan_reader import plan_from_json
+from drake_ltl.planning.planner import plan
 
 leaves = st.none() | st.booleans() | st.integers() | st.floats() | st.sampled_from(["a1", "pi1", "o1", "travel", ""])
 trees = st.recursive(leaves, lambda part: st.lists(part, max_size=2) | st.dictionaries(st.text(), part, max_size=2))

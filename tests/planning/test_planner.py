@@ -12,12 +12,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InfeasibleError, InvalidInputError
-from drake_ltl.planning import models, plan, planner, rounds, search
+from drake_ltl.planning import models, planner, rounds, search
 from drake_ltl.planning.certificate import check, transition_fault
 from drake_ltl.planning.costs import sum_of_ways
 from drake_ltl.planning.factored import search as factored
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import form
 from drake_ltl.planning.words import letter_of

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from drake_ltl.planning import plan
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.projections import Station, project, project_all, projections_to_json
 from drake_ltl.planning.words import letter_of, satisfies
 

@@ -9,11 +9,11 @@ import pytest
 from rich.console import Console
 
 from drake_ltl.errors import InvalidInputError
-from drake_ltl.planning import plan
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
 from drake_ltl.planning.plan_json import no_plan_json, plan_to_json
 from drake_ltl.planning.plan_reader import plan_from_json
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.table import plan_table
 
 

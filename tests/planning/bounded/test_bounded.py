@@ -9,10 +9,11 @@ from itertools import combinations, pairwise
 import pytest
 
 from drake_ltl.errors import InfeasibleError, SearchLimitError
-from drake_ltl.planning import check, plan
 from drake_ltl.planning.bounded import plan_bounded
+from drake_ltl.planning.certificate import check
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.planner import plan
 
 
 def anything_fits(region, content):

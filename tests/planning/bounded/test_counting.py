@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 
 from drake_ltl.errors import InfeasibleError
-from drake_ltl.planning import plan
 from drake_ltl.planning.bounded.bounds import lone_members, raise_bound
 from drake_ltl.planning.bounded.counting import Counting
 from drake_ltl.planning.bounded.detours import needed_ways
@@ -17,6 +16,7 @@ from drake_ltl.planning.bounded.standing import Standing
 from drake_ltl.planning.bounded.teams import least_team
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 
 

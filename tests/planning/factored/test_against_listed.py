@@ -9,10 +9,11 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from drake_ltl.errors import InfeasibleError
-from drake_ltl.planning import models, plan
+from drake_ltl.planning import models
 from drake_ltl.planning.factored import loops
 from drake_ltl.planning.fits import published_fits
 from drake_ltl.planning.plan import State
+from drake_ltl.planning.planner import plan
 from drake_ltl.planning.power import sum_rule
 from drake_ltl.planning.transition_system import form
 from drake_ltl.scenario.model import PublishedFits
