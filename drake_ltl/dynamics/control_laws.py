@@ -30,7 +30,7 @@ def growing_damping(damping: np.ndarray, speed: float, limit: float) -> np.ndarr
 
 
 MAX_GROWTH = 8.0
-"""More would hold a mover back where nothing is near."""
+"""K at most, times K at rest, however fast a mover is."""
 
 
 def transition_torque(gravity: np.ndarray, gradient: np.ndarray, damping: np.ndarray, qd: np.ndarray) -> np.ndarray:

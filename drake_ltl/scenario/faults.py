@@ -35,11 +35,6 @@ class Fault:
     values: Mapping[str, Any] = field(default_factory=dict)
     """What else the kind has, see `KINDS`."""
 
-    @property
-    def from_the_start(self) -> bool:
-        """Whether the run begins with it."""
-        return self.time is None and self.step is None
-
 
 @dataclass(frozen=True)
 class Kind:

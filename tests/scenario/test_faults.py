@@ -41,7 +41,7 @@ def test_every_kind_is_read():
     assert found[0] == Fault("agent_stops", "a1", time=3.0, values={"how": "locked", "friction": 0.0})
     assert found[1] == Fault("torque_limits", "a2", step=2, values={"factor": 0.5})
     assert found[3].values == {"impulse": (1.0, -2.0)}
-    assert found[4].from_the_start
+    assert (found[4].time, found[4].step) == (None, None)
     assert found[5] == Fault("blocked_region", "pi2", time=4.0)
     assert found[6].values == {"position_noise": 0.0, "velocity_noise": 0.0, "delay": 0.01}
 
