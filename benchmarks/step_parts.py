@@ -2,7 +2,8 @@
 
 The same pieces of case ii, from the same states with the same welds, by diagrams from which more and more is left out:
 the plant under constant torques; torques played back by a controller in Python that does nothing else; with logs; with
-the supervisor's looks; with the control laws. CPU time, the least of several repetitions that take turns.
+the supervisor's looks; with what the laws ask Drake for, which is what would be left if their arithmetic were free;
+with the control laws. CPU time, the least of several repetitions that take turns.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from itertools import chain
 from pathlib import Path
 from unittest.mock import patch
 
@@ -41,8 +43,9 @@ NEVER = 1e6
 """Period of a supervisor that does not look [s]."""
 
 
-def record_and_play(torques: dict[float, np.ndarray]) -> tuple[Callable, Callable]:
-    """In place of MissionController's calculation of torques: one that keeps them by time, one that plays them back."""
+def record_and_play(torques: dict[float, np.ndarray]) -> tuple[Callable, Callable, Callable]:
+    """In place of MissionController's calculation of torques: one that keeps them by time, one that plays them back,
+    and one that asks Drake all that laws do before it plays them back."""
     law = MissionController._calc_torque
 
     def record(controller, context, output) -> None:
@@ -52,7 +55,20 @@ def record_and_play(torques: dict[float, np.ndarray]) -> tuple[Callable, Callabl
     def play(controller, context, output) -> None:
         output.SetFromVector(torques[round(context.get_time(), 6)])
 
-    return record, play
+    def ask_and_play(controller, context, output) -> None:
+        x, orders = controller._state.Eval(context), controller._orders.of(controller._progress.Eval(context))
+        crew, q, qd = controller._crew, x[controller._q], x[controller._qd]
+        crew.set_state(q, qd)
+        crew.inverse_dynamics(qd)
+        for traveller in orders.travels:
+            crew.centre(traveller.agent)
+            crew.centre_jacobian(traveller.agent)
+        for carrier in chain.from_iterable(carried.carriers for carried in orders.loads):
+            crew.grasp_position(carrier.agent)
+            crew.grasp_jacobian(carrier.agent)
+        play(controller, context, output)
+
+    return record, play, ask_and_play
 
 
 class NoLog:
@@ -100,7 +116,7 @@ def main() -> None:
 
 def made(make: Callable[[], MissionDiagram]) -> dict[str, MissionDiagram]:
     """The diagrams, the whole one first: it keeps the torques that others play back."""
-    looks, (record, play) = PlanSupervisor.__init__, record_and_play({})
+    looks, (record, play, ask_and_play) = PlanSupervisor.__init__, record_and_play({})
 
     def without_looks(supervisor, *args) -> None:
         looks(supervisor, *args[:-1], NEVER)
@@ -108,8 +124,10 @@ def made(make: Callable[[], MissionDiagram]) -> dict[str, MissionDiagram]:
     no_looks = patch.object(PlanSupervisor, "__init__", without_looks)
     no_logs = patch.object(mission_diagram, "LogVectorOutput", NoLog)
     playing = patch.object(MissionController, "_calc_torque", play)
+    asking = patch.object(MissionController, "_calc_torque", ask_and_play)
     kinds = {
         WHOLE: (patch.object(MissionController, "_calc_torque", record),),
+        "with what laws ask Drake for": (asking,),
         "with the supervisor's looks": (playing,),
         "with logs": (playing, no_looks),
         "with torques played back": (playing, no_looks, no_logs),
