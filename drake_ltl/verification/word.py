@@ -54,22 +54,20 @@ def _letter(scenario: Scenario, regions: Mapping[str, str | None]) -> Letter:
 
 
 def last_round(recording: Recording, num_states: int) -> tuple[int, int] | None:
-    """States in which the last whole round of the suffix begins and ends; None if there is none."""
-    rounds = (num_states - 1 - recording.prefix_length) // recording.suffix_length
-    if rounds < 1:
-        return None
-    end = recording.prefix_length + rounds * recording.suffix_length
-    return end - recording.suffix_length, end
+    """States in which the last round of the suffix begins and ends, wherever in the suffix; None if there is none.
+
+    It ends with the last state, so that every state of the run is in the word.
+    """
+    begin = num_states - 1 - recording.suffix_length
+    return (begin, num_states - 1) if begin >= recording.prefix_length else None
 
 
 def word_violations(recording: Recording, scenario: Scenario, states: Sequence[Reading]) -> Iterator[Violation]:
     """The round must lead back to where it began; the word that repeats it must satisfy every formula."""
     loop = last_round(recording, len(states))
+    if recording.completed:
+        yield from _incomplete(recording, len(states) - 1)
     if loop is None:
-        if recording.completed:
-            needed = recording.prefix_length + recording.suffix_length
-            what = f"{len(states) - 1} of the {needed} steps to the end of one round of the suffix were carried out"
-            yield Violation("run", (), what)
         return
     begin, end = loop
     yield from _loop_violations(states[begin], states[end], end - 1)
@@ -80,6 +78,16 @@ def word_violations(recording: Recording, scenario: Scenario, states: Sequence[R
             yield Violation("formula", (member.name,), f"{member.name} does not satisfy its formula {member.spec}")
     if not holds(scenario.spec, word[:begin], word[begin:end]):
         yield Violation("formula", (), f"the run does not satisfy the global formula {scenario.spec}")
+
+
+def _incomplete(recording: Recording, done: int) -> Iterator[Violation]:
+    """What a run that is said to be completed lacks."""
+    needed = recording.prefix_length + recording.suffix_length
+    if done < needed:
+        what = f"{done} of the {needed} steps to the end of one round of the suffix were carried out"
+        yield Violation("run", (), what)
+    elif done < len(recording.steps):
+        yield Violation("run", (), "the run is completed, and its last step has not finished", step=done)
 
 
 def _loop_violations(begin: Reading, end: Reading, step: int) -> Iterator[Violation]:

@@ -10,7 +10,8 @@ import pytest
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.verification import Verdict, Violation, verify
 from drake_ltl.verification.potential import TOUCHING
-from drake_ltl.verification.word import last_round
+from drake_ltl.verification.spans import step_spans
+from drake_ltl.verification.word import last_round, readings, word_violations
 
 PER_STEP = 50  # samples of one step, 1 s long
 TRAVEL, GRASP, CARRY, RELEASE, MIXED = 0, 1, 2, 3, 4  # numbers of steps
@@ -85,9 +86,9 @@ def test_loop_that_begins_with_grasps(draw):
 
 
 @pytest.mark.parametrize(
-    ("num_states", "expected"), [(1, None), (9, None), (10, (1, 9)), (17, (1, 9)), (18, (9, 17)), (26, (17, 25))]
+    ("num_states", "expected"), [(1, None), (9, None), (10, (1, 9)), (17, (8, 16)), (18, (9, 17)), (26, (17, 25))]
 )
-def test_the_last_whole_round_counts(recording, num_states, expected):
+def test_the_last_round_ends_with_the_run(recording, num_states, expected):
     assert last_round(recording, num_states) == expected
 
 
@@ -476,6 +477,22 @@ def test_stop_in_the_midst_of_a_step(recording):
 def test_less_than_one_round(draw):
     violation = only(verify(draw(8)), "run")
     assert violation.what.startswith("8 of the 9 steps")
+
+
+def test_completed_in_the_midst_of_a_step(draw):
+    whole = draw(17 + 1)
+    last = dataclasses.replace(whole.steps[-1], finished=False, duration=0.98)
+    cut = _first_samples(dataclasses.replace(whole, steps=(*whole.steps[:-1], last)), 18 * PER_STEP)
+    assert only(verify(cut), "run").step == 17
+
+
+def test_states_after_a_whole_round_are_judged_too(draw, scenario):
+    """a1 is in pi3, where it may never be, half a round after the last whole one."""
+    recording = draw(9 + 4)
+    states = readings(recording, scenario, step_spans(recording))
+    assert not list(word_violations(recording, scenario, states))
+    states[11] = dataclasses.replace(states[11], letter=states[11].letter | {"a1.pi3"})
+    assert {v.who for v in word_violations(recording, scenario, states)} == {("a1",)}
 
 
 def test_stop_after_a_whole_round_is_still_a_stop(recording):
