@@ -18,16 +18,20 @@ _REMEDY = "make a new recording with `simulate`"
 
 def interval_mistakes(recording: Recording) -> Iterator[Mistake]:
     """Everything that does not fit, of a recording whose steps are sound."""
-    known = set()
+    before = (-1, -1)
     for index, interval in enumerate(recording.intervals):
         where = f"recording.intervals[{index}]"
         if not 0 <= interval.step < len(recording.steps) or interval.phase < 0:
             what = f"step {interval.step}, phase {interval.phase} is none of the {len(recording.steps)} steps'"
             yield Mistake(where, what, _REMEDY)
             continue
-        if (interval.step, interval.phase) in known:
-            yield Mistake(where, "is of the same step and phase as another", _REMEDY)
-        known.add((interval.step, interval.phase))
+        key = (interval.step, interval.phase)
+        if key <= before:
+            what = "is of the same step and phase as another" if key == before else "is earlier than the one before it"
+            yield Mistake(where, what, _REMEDY)
+        before = key
+        if not np.any((recording.step == interval.step) & (recording.phase == interval.phase)):
+            yield Mistake(where, "has no samples", _REMEDY)
         for what in chain(_strangers(recording, interval), _misfits(recording, interval)):
             yield Mistake(where, what, _REMEDY)
 

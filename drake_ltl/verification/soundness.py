@@ -22,6 +22,8 @@ CARRIES = 3
 ACTION_KINDS = ("travel", "grasp", "release", "transport")
 SAME_TIME = 1e-9
 """Times this close [s] are one: records and samples are of the same clock."""
+AT_ONCE = 4
+"""Steps after a halt that may take no time: carrying ends, holders release, all go to a region, the new plan begins."""
 _REMEDY = "make a new recording with `simulate`"
 
 
@@ -148,6 +150,26 @@ def _indices(recording: Recording) -> Iterator[Mistake]:
         yield Mistake("recording.phase", "is less than 0", _REMEDY)
     if recording.mode.min() < 0 or recording.mode.max() > CARRIES + len(recording.objects) - 1:
         yield Mistake("recording.mode", "is of no kind of motion", _REMEDY)
+    if np.any((np.diff(step) == 0) & (np.diff(recording.phase) < 0)):
+        yield Mistake("recording.phase", "falls within a step", _REMEDY)
+    yield from _of_no_time(recording)
+
+
+def _of_no_time(recording: Recording) -> Iterator[Mistake]:
+    """Steps without samples are the first of the run, if all wait in it, or of those that follow a halt.
+
+    The first step of a plan and those that make a new plan possible can be done as soon as they begin; a step number
+    that faults wait for is not to be reached by steps that never were.
+    """
+    left = 1
+    for record, samples in zip(
+        recording.steps, np.bincount(recording.step, minlength=len(recording.steps)), strict=False
+    ):
+        left -= not samples
+        if left < 0 or (not samples and record.number == 0 and record.actions):
+            yield Mistake(f"recording.steps.{record.number}", "has no samples", _REMEDY)
+        elif samples:
+            left = AT_ONCE if record.halted else left if record.number else 0
 
 
 def _records(recording: Recording) -> Iterator[Mistake]:

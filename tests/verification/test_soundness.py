@@ -93,16 +93,36 @@ def test_a_step_that_is_said_to_have_finished(draw):
     assert "recording.steps.8.finished: is True, but samples do not go on" in complaints(last)
 
 
-def test_a_step_without_samples_is_sound(recording, scenario):
+def waiting_first(recording, times: int):
+    """All wait in steps of no time before the run."""
+    waits = [StepRecord(k, (), 0.0, 0.0, True) for k in range(times)]
+    later = [dataclasses.replace(record, number=record.number + times) for record in recording.steps]
+    intervals = [dataclasses.replace(record, step=record.step + times) for record in recording.intervals]
+    changes = {"steps": (*waits, *later), "step": recording.step + times, "intervals": tuple(intervals)}
+    return dataclasses.replace(recording, **changes)
+
+
+def test_a_first_step_without_samples_is_sound(recording, scenario):
     """Shorter than the sampling, as a step in which all wait: it begins and ends with the next."""
-    wait = StepRecord(9, (), recording.time[-1], 0.0, True)
-    longer = dataclasses.replace(
-        recording, steps=(*recording.steps, wait), step=np.where(recording.step == 9, 10, recording.step)
-    )
-    check_sound(longer, scenario)
+    check_sound(waiting_first(recording, 1), scenario)
+    wait, *others = waiting_first(recording, 1).steps
     late = dataclasses.replace(wait, duration=0.5)
-    with pytest.raises(InvalidInputError, match=r"recording\.steps\.9\.duration"):
-        check_sound(dataclasses.replace(longer, steps=(*recording.steps, late)), scenario)
+    with pytest.raises(InvalidInputError, match=r"recording\.steps\.0\.duration"):
+        check_sound(dataclasses.replace(waiting_first(recording, 1), steps=(late, *others)), scenario)
+
+
+def test_more_steps_without_samples(recording):
+    """They would bring a fault early that waits for a step."""
+    assert complaints(waiting_first(recording, 2)).startswith("recording.steps.1: has no samples")
+    assert complaints(dataclasses.replace(recording, step=np.where(recording.step == 3, 4, recording.step))).startswith(
+        "recording.steps.3: has no samples"
+    )
+
+
+def test_phases_that_fall(recording):
+    phase = recording.phase.copy()
+    phase[10:20] = 1
+    assert "recording.phase: falls within a step" in complaints(dataclasses.replace(recording, phase=phase))
 
 
 @pytest.mark.parametrize("times", [0, 1])
@@ -168,6 +188,18 @@ def test_intervals_that_do_not_fit(recording, interval, words):
 def test_intervals_twice(recording):
     twice = (IntervalRecord(**DRIVE), IntervalRecord(**DRIVE))
     assert "is of the same step and phase" in complaints(dataclasses.replace(recording, intervals=twice))
+
+
+def test_intervals_out_of_order(recording):
+    """The one that begins while somebody is on the way would be taken for the first."""
+    phase = recording.phase.copy()
+    phase[25:50] = 1
+    first, *others = recording.intervals
+    second = dataclasses.replace(first, phase=1)
+    swapped = dataclasses.replace(recording, phase=phase, intervals=(second, first, *others))
+    assert complaints(swapped).startswith("recording.intervals[1]: is earlier than the one before it")
+    never = dataclasses.replace(recording, intervals=(first, second, *others))
+    assert complaints(never).startswith("recording.intervals[1]: has no samples")
 
 
 def test_actions_relabelled(recording):
