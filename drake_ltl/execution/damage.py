@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from drake_ltl.execution.recording_versions import lacks_of_some_version
+
 LARGEST = 1e9
 """Magnitude of numbers in the header; larger ones are no lengths, times or angles of a run."""
 _WHOLE_ARRAYS = ("step", "phase", "mode", "grasp")
@@ -81,6 +83,10 @@ def _are_texts(value: Any) -> bool:
     return isinstance(value, (list, tuple)) and all(map(_is_text, value))
 
 
+def _are_lacks(value: Any) -> bool:
+    return _are_texts(value) and lacks_of_some_version(value)
+
+
 def _are_numbers(value: Any) -> bool:
     return isinstance(value, list) and all(map(_is_number, value))
 
@@ -130,7 +136,7 @@ _HEADER = {
     "completed": (_is_flag, "true or false"),
     "reason": (_is_text, "a text"),
     "seed": (_is_seed, "a whole number"),
-    "lacks": (_are_texts, "a list of names"),
+    "lacks": (_are_lacks, "what recordings of some version lack"),
 }
 _STEP = {
     "number": (_is_count, "a whole number"),

@@ -11,7 +11,7 @@ version 6   loads are lifted and held level, and springs rest where the step beg
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,8 @@ from drake_ltl.errors import InvalidInputError
 from drake_ltl.scenario import yaml_text
 
 VERSION = 6
+SINCE = {"intervals": 2, "effort": 3, "manipulability": 3, "gathering": 5, "lift": 6}
+"""What files may lack -> the version since which all have it, in the order in which `lacks` names it."""
 
 Parts = tuple[dict[str, Any], dict[str, np.ndarray]]
 """Header and arrays of a file."""
@@ -35,6 +37,18 @@ def brought_up(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Parts:
     for version in range(header["version"], VERSION):
         _STEPS[version](header, arrays)
     return header | {"version": VERSION}, arrays
+
+
+def whose_potential(lacks: Collection[str]) -> int:
+    """The newest version that has the V of a recording that lacks this."""
+    return min((SINCE[name] for name in lacks if name in ("intervals", "gathering", "lift")), default=VERSION + 1) - 1
+
+
+def lacks_of_some_version(lacks: Sequence[str]) -> bool:
+    """Whether files that lack this were ever written: who lacks something lacks all that is newer."""
+    newest_alone = {"effort", "manipulability"} - set(lacks)  # later files of version 2 have them
+    oldest = min((SINCE.get(name, 0) for name in lacks), default=VERSION + 1)
+    return list(lacks) == [name for name, since in SINCE.items() if since >= oldest and name not in newest_alone]
 
 
 def _from_1(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_ltl.execution.recording import Recording
+from drake_ltl.execution.recording_versions import whose_potential
 from drake_ltl.scenario import Scenario, loads
 from drake_ltl.verification.befallen import befallen
 from drake_ltl.verification.blocked import blocked_violations
@@ -123,6 +124,7 @@ def verify(
         simulated_seconds=float(recording.time[-1] - recording.time[0]),
         detours=detoured_steps(recording),
         exchanges=exchanged_steps(recording),
+        version_of_V=whose_potential(recording.lacks),
         max_effort=_by_agent(recording, recording.agents, "effort", np.max),
         min_manipulability=_by_agent(recording, mechanics.gripper, "manipulability", np.min),
     )

@@ -11,6 +11,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from drake_ltl.execution.recording_versions import VERSION
 from drake_ltl.quantities import quantity
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.detours import EXCHANGED, WORDS
@@ -82,7 +83,8 @@ def _rows(verdict: Verdict, scenario: Scenario | None) -> Iterator[tuple[str, st
             yield f"clearance {name}", quantity(value, "m"), "> 0"
     if verdict.min_inside_teams is not None:
         yield "distance inside teams, of bodies", quantity(verdict.min_inside_teams, "m"), "> 0"
-    yield "rise of V, relative to its start", f"{verdict.max_lyapunov_increase:.3g}", f"<= {RISE:g}"
+    older = "" if verdict.version_of_V == VERSION else f" of version {verdict.version_of_V}"
+    yield f"rise of V{older}, relative to its start", f"{verdict.max_lyapunov_increase:.3g}", f"<= {RISE:g}"
     if any(action["kind"] == "grasp" for step in verdict.steps for action in step.actions):
         gap, angle = _weld_limits(scenario)
         yield "gap of a weld", quantity(verdict.max_weld_error, "m"), gap

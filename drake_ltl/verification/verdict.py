@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from drake_ltl.execution.recording import StepRecord
+from drake_ltl.execution.recording_versions import VERSION
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.shown import Shown
 from drake_ltl.verification.violations import Violation
@@ -57,6 +58,8 @@ class Verdict(Shown):
     """Largest speed of a differential drive across its heading [m/s]; None without any."""
     exchanges: tuple[int, ...] = ()
     """Numbers of the steps in which movers stalled and took each other's places."""
+    version_of_V: int = VERSION
+    """Version of recordings whose V was judged: today's, or that of the time in which an older file was written."""
     scenario: Scenario | None = field(default=None, compare=False)
     """What was demanded, as far as it is known: tables show it."""
 

@@ -10,6 +10,7 @@ import pytest
 
 from drake_ltl.errors import InvalidInputError
 from drake_ltl.execution.recording import Recording
+from drake_ltl.execution.recording_versions import whose_potential
 
 SAMPLES = 3
 STEP = {
@@ -95,3 +96,22 @@ def test_old_files_that_are_damaged(tmp_path, version, name):
     (header if name in header else arrays).pop(name)
     with pytest.raises(InvalidInputError, match=f"lacks '{name}'"):
         Recording.load(write(tmp_path / "old.npz", header, arrays))
+
+
+@pytest.mark.parametrize("lacks", [["nonsense"], ["gathering"], ["lift", "gathering"], ["lift", "lift"]])
+@pytest.mark.parametrize("version", [2, 6])
+def test_lacks_of_no_version(tmp_path, lacks, version):
+    """To lack something without what came after it would choose another V at will."""
+    header, arrays = header_of(2) | {"version": version, "lacks": lacks, "seed": 0, "monitored": []}, arrays_of(2)
+    arrays |= {name: np.full((SAMPLES, 1), 0.5) for name in ("effort", "manipulability")}
+    with pytest.raises(InvalidInputError, match=r"lacks is \[.*\], not what recordings of some version lack"):
+        Recording.load(write(tmp_path / "changed.npz", header, arrays))
+
+
+@pytest.mark.parametrize(("version", "expected"), [(1, 1), (2, 4), (3, 4), (4, 4), (5, 5), (6, 6)])
+def test_whose_potential(tmp_path, version, expected):
+    header = header_of(min(version, 2)) | {"version": version, "seed": 0, "monitored": []}
+    arrays = arrays_of(min(version, 2))
+    if version > 1:
+        arrays |= {name: np.full((SAMPLES, 1), 0.5) for name in ("effort", "manipulability")}
+    assert whose_potential(Recording.load(write(tmp_path / "old.npz", header, arrays)).lacks) == expected

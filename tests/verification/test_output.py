@@ -37,6 +37,12 @@ def rendered(recording, scenario, width: int = 80) -> str:
     return printed(verdict_table(verify(recording), scenario), width)
 
 
+def test_whose_potential_was_judged(recording, scenario):
+    assert "V of version" not in rendered(recording, scenario)
+    older = dataclasses.replace(recording, lacks=("gathering", "lift"))
+    assert "rise of V of version 4" in rendered(older, scenario, 120)
+
+
 def test_json_is_the_contract(recording):
     written = to_json(verify(recording), wall_seconds=3.0)
     assert list(written) == [
