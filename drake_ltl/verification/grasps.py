@@ -63,6 +63,8 @@ class WeldErrors:
     """(T, N) [m] between the gripper's frame and the grasp frame on the object."""
     angle: np.ndarray
     """(T, N) [rad]"""
+    open: np.ndarray
+    """(T, N) whether a grasp that a fault has broken holds no longer, whatever is recorded."""
 
 
 def weld_errors(
@@ -76,21 +78,31 @@ def weld_errors(
             said of it from then on.
     """
     gap, angle = np.zeros(recording.grasp.shape), np.zeros(recording.grasp.shape)
+    opened = np.zeros(recording.grasp.shape, dtype=bool)
     for column, agent in enumerate(recording.agents):
-        held = recording.grasp[:, column]
-        bounds = [0, *(np.flatnonzero(np.diff(held)) + 1).tolist(), len(held)]
-        for rows in (slice(first, after) for first, after in pairwise(bounds) if held[first] != NOTHING):
-            obj = recording.objects[held[rows.start]]
+        for rows in _holds(recording, column):
+            obj = recording.objects[recording.grasp[rows.start, column]]
             X_OE = np.linalg.inv(matrices(recording.pose[obj][rows])) @ mechanics.gripper[agent][rows]
             X_OR = _nearest_on_ring(mechanics.ring[obj], X_OE[0])
             gap[rows, column] = np.linalg.norm(X_OE[:, :3, 3] - X_OR[:3, 3], axis=1)
             angle[rows, column] = poses.angle(X_OR[:3, :3].T @ X_OE[:, :3, :3])
-    for span in (span for span in spans if span.halted):
-        for name in set(span.faulty) & breaks.keys():
-            first = max(span.first, int(np.searchsorted(recording.time, breaks[name])))
-            rows, column = slice(first, span.last + 1), recording.agents.index(name)
+    for name, since in breaks.items():
+        column, broken = recording.agents.index(name), int(np.searchsorted(recording.time, since))
+        for span in (span for span in spans if span.halted and name in span.faulty):
+            rows = slice(max(span.first, broken), span.last + 1)
+            gapes = (gap[rows, column] > HELD_GAP) | (angle[rows, column] > HELD_ANGLE)
+            opened[rows, column] = np.maximum.accumulate(gapes)
             gap[rows, column] = angle[rows, column] = 0.0
-    return WeldErrors(gap, angle)
+        first = next((hold for hold in _holds(recording, column) if hold.stop > broken), slice(0))
+        opened[max(first.start or 0, broken) : first.stop, column] = True
+    return WeldErrors(gap, angle, opened)
+
+
+def _holds(recording: Recording, column: int) -> Iterator[slice]:
+    """The samples of each grasp that an agent makes."""
+    held = recording.grasp[:, column]
+    bounds = [0, *(np.flatnonzero(np.diff(held)) + 1).tolist(), len(held)]
+    return (slice(first, after) for first, after in pairwise(bounds) if held[first] != NOTHING)
 
 
 def _nearest_on_ring(X_OG: np.ndarray, X_OE: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ from drake_ltl.verification.intervals import interval_violations
 from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.motion import motion_violations
-from drake_ltl.verification.objects import largest_tilt, object_violations
+from drake_ltl.verification.objects import broken_grasp_violations, largest_tilt, object_violations
 from drake_ltl.verification.regions import found_at, region_violations, start_violations
 from drake_ltl.verification.rest import rest_violations
 from drake_ltl.verification.roles import Roles, step_roles
@@ -164,6 +164,7 @@ def _conduct_violations(
         yield from region_violations(recording, scenario, span, roles, before, after)
         yield from grasp_violations(recording, span, roles, before, after)
         yield from weld_violations(recording, welds, span, scenario.tolerances)
+        yield from broken_grasp_violations(recording, welds.open, span, roles)
         yield from body_violations(recording, mechanics, span, roles, breaks)
         yield from rest_violations(recording, span, scenario.tolerances)
     yield from object_violations(recording, run.spans, run.roles, scenario.tolerances, pushed, breaks)

@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Tolerances
+from drake_ltl.verification.intervals import BRAKING
 from drake_ltl.verification.poses import rotations
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import Span
@@ -24,6 +25,23 @@ SETTLING = 0.05
 on which others of its team set it down is none."""
 SETTLING_TURN = np.deg2rad(10.0)
 """... and comes to stand by itself [rad]."""
+
+
+def broken_grasp_violations(recording: Recording, opened: np.ndarray, span: Span, roles: Roles) -> Iterator[Violation]:
+    """Transports that go on after a fault has broken a grasp: with the team none any more, all brake.
+
+    Args:
+        opened: (T, N), see `grasps.WeldErrors.open`.
+    """
+    for mover in roles.transports:
+        columns = [recording.agents.index(agent) for agent in mover.team]
+        none_any_more = opened[span.own][:, columns].any(axis=1)
+        rows = slice(span.first + int(np.argmax(none_any_more)), span.end + 1)
+        position = recording.pose[mover.name][rows, 4:]
+        way = np.linalg.norm(position - position[0], axis=1) * none_any_more.any()
+        what = f"{mover.name} moves by more than {100 * BRAKING:.3g} cm after a grasp of it has broken"
+        violation = Violation("object", (mover.name,), what, step=span.number, unit="m")
+        yield from where_bad(violation, way > BRAKING, way, recording.time[rows])
 
 
 def object_violations(

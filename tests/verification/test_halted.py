@@ -14,6 +14,7 @@ from drake_ltl.verification import models, verify
 from drake_ltl.verification.befallen import befallen
 
 BREAKS = "{kind: weld_breaks, agent: a2, time: 2.2}"
+WEAK = "{kind: torque_limits, agent: a2, time: 2.2, factor: 0.1}"
 OTHER = "{kind: push, object: o2, time: 0.5, impulse: [1, 0]}"
 
 
@@ -49,7 +50,7 @@ def said(recording: Recording) -> list[str]:
 
 
 def test_a_step_that_is_halted_and_comes_to_its_end_all_the_same_is_none_the_worse(recording):
-    assert said(halted(recording, BREAKS)) == []
+    assert said(halted(recording, WEAK)) == []
 
 
 @pytest.mark.parametrize("fault", ["{kind: push, object: o1, time: 3.1, impulse: [1, 0]}",
@@ -100,6 +101,25 @@ def test_a_grasp_may_gape_once_the_scenario_breaks_it(recording, monkeypatch, fa
 def test_a_grasp_that_nobody_notices_to_be_broken_is_a_violation(recording, monkeypatch):
     gaping(monkeypatch, 2.3)
     assert any("the weld of a2 is off" in what for what in said(halted(recording, BREAKS, faulty=("a1",))))
+
+
+CARRIED_ON = "o1 moves by more than 50 cm after a grasp of it has broken"
+
+
+def test_nothing_is_carried_on_after_a_grasp_has_broken(recording):
+    """Whether the run says that it noticed or not, and whoever else holds it."""
+    unnoticed = dataclasses.replace(recording, scenario=f"{recording.scenario}\nfaults: [{BREAKS}]\n")
+    assert CARRIED_ON in said(unnoticed)
+    assert CARRIED_ON in said(halted(recording, BREAKS))
+    assert CARRIED_ON not in said(halted(recording, BREAKS.replace("2.2", "2.9")))  # it all but stands
+
+
+def test_nor_after_another_grasp_gapes_that_a_fault_excuses(recording, monkeypatch):
+    """The grasp that breaks is let go of at once; the next one, from 2 s on, gapes from 2.1 s."""
+    again = halted(opened(recording, 1.97, 1.99), BREAKS.replace("2.2", "1.9"))
+    assert CARRIED_ON not in said(again)
+    gaping(monkeypatch, 2.1)
+    assert CARRIED_ON in said(again)
 
 
 @pytest.mark.parametrize(("fault", "excused"), [(OTHER, True), (OTHER.replace("o2", "o1"), False)])
