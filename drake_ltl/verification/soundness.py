@@ -36,7 +36,7 @@ def check_sound(recording: Recording, scenario: Scenario) -> None:
         *(mistake for step in recording.steps for mistake in (*_actions(step, scenario), *_twice(step))),
         *_outcome(recording),
     ]
-    mistakes = mistakes or [*_indices(recording)]
+    mistakes = mistakes or [*_indices(recording), *_grasping_drives(recording, scenario)]
     mistakes = mistakes or [*_records(recording), *interval_mistakes(recording), *_halts(recording, scenario)]
     if mistakes:
         raise InvalidInputError(mistakes)
@@ -153,6 +153,14 @@ def _indices(recording: Recording) -> Iterator[Mistake]:
     if np.any((np.diff(step) == 0) & (np.diff(recording.phase) < 0)):
         yield Mistake("recording.phase", "falls within a step", _REMEDY)
     yield from _of_no_time(recording)
+
+
+def _grasping_drives(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
+    """Agents without an arm hold nothing, whatever the samples or actions say."""
+    for column, agent in enumerate(scenario.agents):
+        acts = [a["kind"] for step in recording.steps for a in step.actions if agent.name in a["agents"]]
+        if not agent.has_arm and (np.any(recording.grasp[:, column] != NOTHING) or set(acts) - {"travel"}):
+            yield Mistake("recording", f"{agent.name} grasps, and has no arm", _REMEDY)
 
 
 def _of_no_time(recording: Recording) -> Iterator[Mistake]:

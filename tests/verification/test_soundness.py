@@ -140,6 +140,15 @@ def test_two_actions_at_once(recording, times):
     ) == times
 
 
+def test_grasps_without_an_arm(recording, scenario):
+    *others, a3 = scenario.agents
+    drives = dataclasses.replace(scenario, agents=(*others, dataclasses.replace(a3, has_arm=False)))
+    check_sound(recording, drives)
+    recording.grasp[100:110, 2] = 0
+    with pytest.raises(InvalidInputError, match="a3 grasps, and has no arm"):
+        check_sound(recording, drives)
+
+
 STILL = {"travels": {}, "transports": {}, "waiting": (), "reaches": {}}
 DRIVE = {"step": 0, "phase": 0, **STILL, "travels": {"a1": (0.0,) * 4}}
 CARRY = {"step": 2, "phase": 0, **STILL, "transports": {"o1": (0.0,) * 3}}
