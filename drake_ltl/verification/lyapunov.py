@@ -23,6 +23,7 @@ UNNOTICED = 1.0
 """Of the last so many seconds before a fault halts a step V is not judged: the fault moves bodies as well [s]."""
 LEAST_V = 1e-3
 """... or to this, where both are smaller [J]."""
+NO_VALUE = "V has no value: a goal or a mover touches something, or an arm is singular"
 
 
 def lyapunov_rises(recording: Recording, V: np.ndarray, spans: Sequence[Span]) -> np.ndarray:
@@ -32,7 +33,7 @@ def lyapunov_rises(recording: Recording, V: np.ndarray, spans: Sequence[Span]) -
     over many samples counts in full; from V = 0 any rise is infinite. From shortly before a fault halts a step nothing
     is said of it: 0.
     """
-    rises = np.zeros(len(recording.time))
+    V, rises = _with_values(V), np.zeros(len(recording.time))
     for interval in _intervals(recording):
         here = V[interval]
         above = here - np.minimum.accumulate(here)
@@ -59,13 +60,14 @@ def lyapunov_violations(
     Args:
         exact: whether the controllers saw the motion as it is recorded; else the V that they recorded is another one.
     """
+    V = _with_values(V)
     off = np.abs(recording.lyapunov - V) / np.maximum(np.maximum(np.abs(V), np.abs(recording.lyapunov)), LEAST_V)
     for span, step in zip(spans, roles, strict=True):
         time = recording.time[span.own]
         violation = Violation("lyapunov", (), "V rises, relative to its start", step=span.number)
         yield from where_bad(violation, rises[span.own] > RISE, rises[span.own], time)
         touching = V[span.own] >= TOUCHING
-        violation = Violation("lyapunov", (), "V has no value: a goal or a mover touches something", step=span.number)
+        violation = Violation("lyapunov", (), NO_VALUE, step=span.number)
         yield from where_bad(violation, touching, touching.astype(float), time)
         violation = Violation("lyapunov", (), "the recorded V is not that of the motion", step=span.number)
         yield from where_bad(violation, exact & (off[span.own] > AGREEMENT), off[span.own], time)
@@ -73,6 +75,11 @@ def lyapunov_violations(
             names = tuple(str(mover) for mover in step.movers)
             what = f"{', '.join(names)} should move, but V is not positive"
             yield Violation("lyapunov", names, what, float(time[0]), span.number)
+
+
+def _with_values(V: np.ndarray) -> np.ndarray:
+    """V, with what is no number as where spheres touch: no comparison would see it, nor what rises after it."""
+    return np.where(np.isfinite(V), V, TOUCHING)
 
 
 def _end_of_motion(V: np.ndarray, time: np.ndarray) -> float:

@@ -34,7 +34,7 @@ def posture_energy(model: AgentModel, q: np.ndarray, begin: int, rows: np.ndarra
         else:
             h += stiffness * (here - there) ** 2 / 2
     w = np.array([model.manipulability(row) for row in q[rows]])
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # w = 0 at singularities, where h has no value
         short = np.maximum(0.0, np.log(SHORTFALL * model.manipulability(q[begin]) / w))
     return h + SINGULARITY_WEIGHT / 2 * short**2
 

@@ -9,7 +9,9 @@ import pytest
 
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.verification import Verdict, Violation, verify
+from drake_ltl.verification.lyapunov import NO_VALUE, lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.potential import TOUCHING
+from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import step_spans
 from drake_ltl.verification.word import last_round, readings, word_violations
 
@@ -380,7 +382,7 @@ def with_phase_anew(recording: Recording, begin: int) -> Recording:
     recording.phase[during(TRAVEL, begin, PER_STEP)] = 1
     recording.lyapunov[during(TRAVEL, begin, PER_STEP)] = 1e3
     again = dataclasses.replace(recording.intervals[0], phase=1)
-    return dataclasses.replace(recording, intervals=(*recording.intervals, again))
+    return dataclasses.replace(recording, intervals=(recording.intervals[0], again, *recording.intervals[1:]))
 
 
 def test_lyapunov_may_jump_between_steps_and_phases(recording):
@@ -407,6 +409,17 @@ def test_mover_that_no_function_moves(recording, name):
 def test_touching_has_no_lyapunov_function(recording):
     recording.lyapunov[during(CARRY, 0, PER_STEP)] = TOUCHING
     assert "touches something" in only(verify(recording), "lyapunov").what
+
+
+def test_v_that_is_no_number_hides_nothing(recording):
+    """No comparison with it says that V rises, then or later."""
+    spans, V = step_spans(recording), recording.lyapunov.copy()
+    V[during(CARRY, 10, 11)] = np.nan
+    V[during(CARRY)] += 1000.0
+    rises = lyapunov_rises(recording, V, spans)
+    assert rises[during(CARRY)].min() > 10.0
+    found = list(lyapunov_violations(recording, V, spans, [Roles((), (), {}, frozenset())] * len(spans), rises))
+    assert NO_VALUE in {v.what for v in found}
 
 
 def test_movement_without_lyapunov_function(recording):
