@@ -13,6 +13,7 @@ from drake_ltl.verification.lyapunov import NO_VALUE, lyapunov_rises, lyapunov_v
 from drake_ltl.verification.potential import TOUCHING
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import step_spans
+from drake_ltl.verification.starts import start_pose_violations
 from drake_ltl.verification.word import last_round, readings, word_violations
 
 PER_STEP = 50  # samples of one step, 1 s long
@@ -97,6 +98,24 @@ def test_the_last_round_ends_with_the_run(recording, num_states, expected):
 def test_saved_and_loaded(recording, tmp_path):
     recording.save(tmp_path / "run.npz")
     assert verify(Recording.load(tmp_path / "run.npz")) == verify(recording)
+
+
+# How it began.
+
+
+@pytest.mark.parametrize(("joint", "by"), [(0, 0.01), (2, 0.1), (3, 0.01), (7, 0.1)])
+def test_drive_that_begins_turned(recording, scenario, joint, by):
+    *others, a3 = scenario.agents
+    a3 = dataclasses.replace(a3, has_arm=False, heading=1.5)
+    drives = dataclasses.replace(scenario, agents=(*others, a3))
+    q = np.pad(recording.q["a3"], ((0, 0), (0, 4)))
+    q[:, 2], q[:, 3] = a3.heading, -1e-4  # its wheels' give
+    begun = dataclasses.replace(recording, q=recording.q | {"a3": q})
+    assert not list(start_pose_violations(begun, drives))
+    q[:, joint] += by
+    (violation,) = start_pose_violations(begun, drives)
+    assert violation.who == ("a3",)
+    assert violation.worst == pytest.approx(by, rel=0.02)
 
 
 # Regions.
