@@ -14,7 +14,7 @@ import numpy as np
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.befallen import since
-from drake_ltl.verification.intervals import BRAKING
+from drake_ltl.verification.left_alone import BRAKING
 from drake_ltl.verification.regions import ROUNDING, excess, radius
 from drake_ltl.verification.spans import Span
 from drake_ltl.verification.violations import Violation, where_bad

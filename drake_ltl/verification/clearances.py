@@ -15,7 +15,8 @@ from itertools import combinations
 import numpy as np
 
 from drake_ltl.execution.recording import Recording
-from drake_ltl.scenario.model import Scenario
+from drake_ltl.scenario.model import Region, Scenario
+from drake_ltl.verification.freed import freed
 from drake_ltl.verification.regions import centres, radius
 from drake_ltl.verification.roles import Mover, Roles
 from drake_ltl.verification.spans import Span
@@ -48,16 +49,18 @@ class Clearance:
 class _Ball:
     name: str
     role: str
-    """`agent`, `object` or `team`."""
+    """`agent`, `object`, `team` or `region`."""
     centre: np.ndarray
     """(n, 3) [m] in W."""
     radius: float
     key: str
-    """Name of the agent, or of the object."""
+    """Name of the agent, of the object, or of the region."""
 
 
-def step_clearances(recording: Recording, scenario: Scenario, span: Span, roles: Roles) -> Iterator[Clearance]:
-    """All clearances of one step, its start and its end included."""
+def step_clearances(
+    recording: Recording, scenario: Scenario, span: Span, roles: Roles, opened: np.ndarray
+) -> Iterator[Clearance]:
+    """All clearances of one step, its start and its end included; `opened` as for `freed`."""
     time = recording.time[span.samples]
     balls = list(_balls(recording, span, roles))
     members = {agent: _agent(recording, span, agent) for agent in roles.carriers}
@@ -74,6 +77,28 @@ def step_clearances(recording: Recording, scenario: Scenario, span: Span, roles:
     for ball in balls:
         value = scenario.workspace_radius - ball.radius - np.linalg.norm(ball.centre, axis=1)
         yield Clearance("workspace", (ball.name,), f"{ball.name} leaves the workspace", span.number, time, value)
+    for agent, first in freed(recording, span, roles, opened).items():
+        (team,) = (transport for transport in roles.transports if agent in transport.team)
+        others = [ball for ball in balls if (agent, ball.key) not in roles.exempt]
+        others += [_region(region, span) for region in scenario.regions if region.name not in (team.start, team.goal)]
+        yield from _alone(span, members[agent], first - span.first, others, time)
+
+
+def _alone(span: Span, ball: _Ball, first: int, others: Iterable[_Ball], time: np.ndarray) -> Iterator[Clearance]:
+    """Of a carrier that becomes an agent like any other in the midst of its step; until then all counts as apart as it
+    is then. Its sphere may reach out of its team's: whom it touches already it does not come nearer."""
+    for other in others:
+        value = least_distance(ball.centre - other.centre) - ball.radius - other.radius
+        value[:first] = value[first]
+        if value[first] <= 0.0:
+            value += NEARER - value[first]
+        kind, what = _kind(ball, other), f"{ball.name} and {other.name} overlap"
+        yield Clearance(kind, (ball.name, other.name), what, span.number, time, value)
+
+
+def _region(region: Region, span: Span) -> _Ball:
+    centre = np.tile(region.centre, (span.end + 1 - span.first, 1))
+    return _Ball(region.name, "region", centre, region.radius, region.name)
 
 
 def _held(recording: Recording, span: Span, roles: Roles) -> Iterator[Clearance]:
@@ -135,6 +160,8 @@ def _agent(recording: Recording, span: Span, agent: str) -> _Ball:
 
 
 def _kind(a: _Ball, b: _Ball) -> str:
+    if b.role == "region":
+        return "forbidden_region"
     return "team_other" if "team" in (a.role, b.role) else f"{a.role}_{b.role}"
 
 

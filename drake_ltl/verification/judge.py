@@ -28,6 +28,7 @@ from drake_ltl.verification.grasps import WeldErrors, grasp_violations, weld_err
 from drake_ltl.verification.headings import heading_errors, heading_violations
 from drake_ltl.verification.inside_teams import inside_team_violations, inside_teams
 from drake_ltl.verification.intervals import interval_violations
+from drake_ltl.verification.left_alone import left_alone_violations
 from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.motion import motion_violations
@@ -86,8 +87,8 @@ def verify(
         violations.append(Violation("data", (), "the recording is too old to say what V is a function of"))
         mechanics = dataclasses.replace(mechanics, lyapunov=recording.lyapunov)
     run = _run(recording, scenario)
-    clearances = [c for span, roles in run.pairs for c in step_clearances(recording, scenario, span, roles)]
     welds = weld_errors(recording, mechanics, run.spans, befallen(recording, scenario, "weld_breaks"))
+    clearances = [c for pair in run.pairs for c in step_clearances(recording, scenario, *pair, welds.open)]
     rises = lyapunov_rises(recording, mechanics.lyapunov, run.spans)
     nearest = inside_teams(recording, mechanics, run.spans, run.roles)
     turned = heading_errors(recording, scenario, run.spans, run.roles)
@@ -96,7 +97,9 @@ def verify(
     violations += start_pose_violations(recording, scenario)
     violations += motion_violations(recording, run.spans)
     if not _too_old(recording):
-        violations += interval_violations(recording, run.spans, run.roles, mechanics.goals)
+        violations += interval_violations(recording, run.spans, mechanics.goals)
+        stopped = befallen(recording, scenario, "agent_stops")
+        violations += left_alone_violations(recording, run.spans, run.roles, welds.open, stopped)
     violations += action_violations(run.expected, run.spans, recording.time, can_carry or powers_add_up(scenario))
     violations += clearance_violations(clearances)
     violations += inside_team_violations(nearest)

@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Tolerances
-from drake_ltl.verification.intervals import BRAKING
+from drake_ltl.verification.left_alone import BRAKING
 from drake_ltl.verification.poses import rotations
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import Span

@@ -37,10 +37,11 @@ def _curves(recording: Recording, scenario: Scenario) -> Iterator[Curve]:
     spans = step_spans(recording)
     # Of what stands where, clearances ask only who grasps what.
     start = Expected(*map(dict.fromkeys, (recording.agents, recording.objects, recording.agents)))
+    opened = np.zeros(recording.grasp.shape, dtype=bool)  # only the models know of grasps that are broken
     expected = expectations(start, spans, lambda sample: found_at(recording, scenario, sample))
     for before, span in zip(expected, spans, strict=False):
         least: dict[str, np.ndarray] = {}
-        for clearance in step_clearances(recording, scenario, span, step_roles(before, span)):
+        for clearance in step_clearances(recording, scenario, span, step_roles(before, span), opened):
             known = least.get(clearance.kind, clearance.value)
             least[clearance.kind] = np.minimum(known, clearance.value)
         for kind, value in least.items():

@@ -22,7 +22,7 @@ TIME_STEP = 0.02
 SAMPLES_PER_STEP = 50
 HEIGHT = 0.2
 RING = 0.35  # of a crate's grasp ring
-APART, GRASPED = 1.5, 1.05  # distances of an agent from the crate it approaches; 1.1 m is where the spheres touch
+APART, GRASPED = 1.3, 1.05  # distances of an agent from the crate it approaches; 1.1 m is where the spheres touch
 WEST, NORTH = np.array([-1.0, 0.0]), np.array([0.0, 1.0])
 PI1, PI2, PI3, PI4 = np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0], [10.0, 10.0]])
 

@@ -11,7 +11,7 @@ import pytest
 from drake_ltl.scenario import loads
 from drake_ltl.verification import verify
 from drake_ltl.verification.blocked import NOTICED_WITHIN, blocked_violations
-from drake_ltl.verification.intervals import BRAKING
+from drake_ltl.verification.left_alone import BRAKING
 from drake_ltl.verification.spans import step_spans
 
 

@@ -139,7 +139,7 @@ def test_idle_agent_jumps(run):
     run.q[IDLE][sample, 0] += 1.0
     run.centre[IDLE][sample, 0] += 1.0
     verdict = judge(run)
-    assert {v.kind for v in verdict.violations} == {"motion"}
+    assert {v.kind for v in verdict.violations} == {"motion", "lyapunov"}
     assert verdict.violations[0].worst == pytest.approx(1.0, abs=1e-6)
 
 
