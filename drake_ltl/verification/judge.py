@@ -36,6 +36,7 @@ from drake_ltl.verification.objects import broken_grasp_violations, largest_tilt
 from drake_ltl.verification.regions import found_at, region_violations, start_violations
 from drake_ltl.verification.rest import rest_violations
 from drake_ltl.verification.roles import Roles, step_roles
+from drake_ltl.verification.sizes import radius_violations
 from drake_ltl.verification.soundness import check_sound
 from drake_ltl.verification.spans import Span, step_spans
 from drake_ltl.verification.starts import start_pose_violations
@@ -95,6 +96,7 @@ def verify(
     aside, arrived = slides(recording, scenario), arrival_turns(recording, scenario, run.spans, run.roles)
     states = readings(recording, scenario, run.spans)
     violations += start_pose_violations(recording, scenario)
+    violations += radius_violations(recording, mechanics)
     violations += motion_violations(recording, run.spans)
     if not _too_old(recording):
         violations += interval_violations(recording, run.spans, mechanics.goals)

@@ -7,7 +7,7 @@ objects' poses and the models alone (`models.work_out`), for the verdict to hold
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,3 +40,5 @@ class Mechanics:
     distance: Callable[[str, str, int], float]
     """(agent, another member, sample) -> least signed distance of their collision geometries [m], but grippers
     against handles."""
+    measured_radius: Mapping[str, float] = field(default_factory=dict)
+    """Agent or object whose radius the scenario leaves open -> that of its model [m]."""

@@ -13,6 +13,7 @@ from drake_ltl.multibody.agent_model import AgentModel
 from drake_ltl.multibody.drive_agent import YAW, make_agent_model
 from drake_ltl.multibody.object_model import ObjectModel
 from drake_ltl.multibody.pair_distance import PairDistance
+from drake_ltl.multibody.radii import bounding_radius, object_radius
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.headings import headings, orientation
 from drake_ltl.verification.mechanics import Mechanics
@@ -66,6 +67,10 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
             for name, model in agents.items()
         },
         distance=_distances(recording, scenario, objects),
+        measured_radius={
+            **{agent.name: bounding_radius(agents[agent.name]) for agent in scenario.agents if agent.radius is None},
+            **{obj.name: object_radius(objects[obj.name]) for obj in scenario.objects if obj.radius is None},
+        },
     )
 
 

@@ -98,6 +98,15 @@ def test_the_run_itself_is_satisfied(good):
     assert 0.0 < verdict.max_tilt < np.deg2rad(15.0)
 
 
+@pytest.mark.parametrize("field", ["agent_radius", "object_radius"])
+def test_radius_that_the_scenario_leaves_open(good, field):
+    """It is the model's, though a smaller sphere would cover it as long as the arm is folded."""
+    name = IDLE if field == "agent_radius" else CRATE
+    smaller = dataclasses.replace(good, **{field: getattr(good, field) | {name: getattr(good, field)[name] - 0.01}})
+    (violation,) = (v for v in judge(smaller).violations if v.what.startswith(f"the recorded radius of {name}, "))
+    assert violation.worst == pytest.approx(0.01, abs=1e-9)
+
+
 def test_v_is_what_the_controllers_saw(good):
     """Formed by other code, of the recorded motion."""
     V = work_out(good, loads(good.scenario)).lyapunov
@@ -174,8 +183,8 @@ def test_another_goal(run):
     """V of the motion towards elsewhere is not what was recorded, and does not fall."""
     (interval,) = (i for i in run.intervals if i.transports)
     elsewhere = dataclasses.replace(interval, transports={CRATE: (-4.0, 0.0, 0.2)})
-    others = tuple(i for i in run.intervals if i is not interval)
-    verdict = judge(dataclasses.replace(run, intervals=(*others, elsewhere)))
+    intervals = tuple(elsewhere if i is interval else i for i in run.intervals)
+    verdict = judge(dataclasses.replace(run, intervals=intervals))
     assert kinds(verdict) == {"lyapunov"}
     assert verdict.max_lyapunov_increase > 1.0
 
