@@ -8,6 +8,9 @@ from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.faults import Fault
 from drake_ltl.scenario.model import Scenario
 
+NAMELESS = ("blocked_region", "sensors")
+"""Kinds that befall no agent and no object. They move nothing by themselves: controllers do."""
+
 
 def since(fault: Fault, recording: Recording) -> float:
     """When it happens at the earliest [s]; infinite if the run does not come so far."""
@@ -23,3 +26,9 @@ def befallen(recording: Recording, scenario: Scenario, kind: str) -> dict[str, f
         if fault.kind == kind and fault.who is not None:
             found[fault.who] = min(since(fault, recording), found.get(fault.who, math.inf))
     return found
+
+
+def moved_since(recording: Recording, scenario: Scenario) -> float:
+    """Since when at the earliest faults may have moved bodies [s]; infinite if none can."""
+    times = (since(fault, recording) for fault in scenario.faults if fault.kind not in NAMELESS)
+    return min(times, default=math.inf)

@@ -11,7 +11,7 @@ import numpy as np
 from drake_ltl.execution.recording import Recording
 from drake_ltl.execution.recording_versions import whose_potential
 from drake_ltl.scenario import Scenario, loads
-from drake_ltl.verification.befallen import befallen
+from drake_ltl.verification.befallen import befallen, moved_since
 from drake_ltl.verification.blocked import blocked_violations
 from drake_ltl.verification.bodies import body_violations
 from drake_ltl.verification.clearances import (
@@ -90,7 +90,7 @@ def verify(
     run = _run(recording, scenario)
     welds = weld_errors(recording, mechanics, run.spans, befallen(recording, scenario, "weld_breaks"))
     clearances = [c for pair in run.pairs for c in step_clearances(recording, scenario, *pair, welds.open)]
-    rises = lyapunov_rises(recording, mechanics.lyapunov, run.spans)
+    rises = lyapunov_rises(recording, mechanics.lyapunov, run.spans, moved_since(recording, scenario))
     nearest = inside_teams(recording, mechanics, run.spans, run.roles)
     turned = heading_errors(recording, scenario, run.spans, run.roles)
     aside, arrived = slides(recording, scenario), arrival_turns(recording, scenario, run.spans, run.roles)

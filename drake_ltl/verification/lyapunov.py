@@ -26,12 +26,15 @@ LEAST_V = 1e-3
 NO_VALUE = "V has no value: a goal or a mover touches something, or an arm is singular"
 
 
-def lyapunov_rises(recording: Recording, V: np.ndarray, spans: Sequence[Span]) -> np.ndarray:
+def lyapunov_rises(recording: Recording, V: np.ndarray, spans: Sequence[Span], moved_since: float = 0.0) -> np.ndarray:
     """(T,) how far V (T,) is above its lowest value so far, relative to V at the begin of its (step, phase).
 
     V is one function within each (step, phase), in which the movers and their goals stay the same. A slow rise
-    over many samples counts in full; from V = 0 any rise is infinite. From shortly before a fault halts a step nothing
-    is said of it: 0.
+    over many samples counts in full; from V = 0 any rise is infinite. From shortly before a fault of somebody halts a
+    step nothing is said of it: 0.
+
+    Args:
+        moved_since: since when faults may have moved bodies [s]. A door that closes and late measurements do not.
     """
     V, rises = _with_values(V), np.zeros(len(recording.time))
     for interval in _intervals(recording):
@@ -39,9 +42,9 @@ def lyapunov_rises(recording: Recording, V: np.ndarray, spans: Sequence[Span]) -
         above = here - np.minimum.accumulate(here)
         rises[interval] = above / here[0] if here[0] > 0.0 else np.where(above > 0.0, np.inf, 0.0)
     for span in spans:
-        if span.halted:
+        if span.halted and span.faulty:
             time = recording.time[span.own]
-            late = time >= _end_of_motion(V[span.own], time) - UNNOTICED
+            late = time >= max(_end_of_motion(V[span.own], time) - UNNOTICED, moved_since)
             rises[span.own] = np.where(late, 0.0, rises[span.own])
     return rises
 

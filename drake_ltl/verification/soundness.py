@@ -5,7 +5,6 @@ What fails here cannot be judged; it is bad input, not a violation.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -14,7 +13,7 @@ from drake_ltl.errors import InvalidInputError, Mistake
 from drake_ltl.execution.recording import NOTHING, Recording, StepRecord
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.scenario.table import LARGEST, listing, shown
-from drake_ltl.verification.befallen import since
+from drake_ltl.verification.halt_soundness import halt_mistakes
 from drake_ltl.verification.interval_soundness import interval_mistakes
 
 CARRIES = 3
@@ -37,7 +36,7 @@ def check_sound(recording: Recording, scenario: Scenario) -> None:
         *_outcome(recording),
     ]
     mistakes = mistakes or [*_indices(recording), *_grasping_drives(recording, scenario)]
-    mistakes = mistakes or [*_records(recording), *interval_mistakes(recording), *_halts(recording, scenario)]
+    mistakes = mistakes or [*_records(recording), *interval_mistakes(recording), *halt_mistakes(recording, scenario)]
     if mistakes:
         raise InvalidInputError(mistakes)
 
@@ -200,12 +199,3 @@ def _records(recording: Recording) -> Iterator[Mistake]:
         if record.finished != finished:
             samples = "go on" if finished else "do not go on"
             yield Mistake(f"{where}.finished", f"is {record.finished}, but samples {samples} after it", _REMEDY)
-
-
-def _halts(recording: Recording, scenario: Scenario) -> Iterator[Mistake]:
-    """No step is halted before the first fault has happened."""
-    first = min((since(fault, recording) for fault in scenario.faults), default=math.inf)
-    for record in recording.steps:
-        if record.halted and record.start + record.duration < first - SAME_TIME:
-            what = f"was halted by a fault at {record.start + record.duration:.6g} s, and no fault had happened"
-            yield Mistake(f"recording.steps.{record.number}", what, _REMEDY)
