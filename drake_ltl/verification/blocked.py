@@ -26,8 +26,8 @@ NOTICED_WITHIN = 0.15
 def blocked_violations(recording: Recording, scenario: Scenario, spans: Sequence[Span]) -> Iterator[Violation]:
     """Members that come into a blocked region, or farther into it.
 
-    Who is in it may move and leave; who is on its border may leave. In a step that a fault has halted, movers may
-    come farther by the way on which they brake.
+    Who is in it may move and leave; who is on its border may leave. In steps that a fault has halted, movers may come
+    farther by the way on which they brake: in all of them together, for once it is noticed nobody goes there.
     """
     for fault in scenario.faults:
         if fault.kind != "blocked_region" or since(fault, recording) == math.inf:
@@ -35,13 +35,20 @@ def blocked_violations(recording: Recording, scenario: Scenario, spans: Sequence
         region = scenario.region(fault.who)
         first = int(np.searchsorted(recording.time, since(fault, recording) + NOTICED_WITHIN))
         for member in (*recording.agents, *recording.objects):
-            out, size = excess(recording, member, region), 2.0 * radius(recording, member)
+            out, size, way = excess(recording, member, region), 2.0 * radius(recording, member), BRAKING
             for span in spans:
                 rows = slice(max(span.first, first), span.end + 1)
-                entered = _entered(out[rows], size, BRAKING if span.halted else 0.0)
+                entered = _entered(out[rows], size, way if span.halted else 0.0)
+                way = max(way - _deeper(out[rows], size), 0.0) if span.halted else way
                 what = f"{member} enters {region.name}, which is blocked"
                 violation = Violation("region", (member, region.name), what, step=span.number, unit="m")
                 yield from where_bad(violation, entered, size - out[rows], recording.time[rows])
+
+
+def _deeper(out: np.ndarray, size: float) -> float:
+    """By how much a sphere comes farther into the region [m]."""
+    depth = size - np.clip(out, 0.0, size)
+    return float(depth.max() - depth[0]) if len(depth) else 0.0
 
 
 def _entered(out: np.ndarray, size: float, way: float) -> np.ndarray:
@@ -50,7 +57,7 @@ def _entered(out: np.ndarray, size: float, way: float) -> np.ndarray:
     Args:
         out: (n,) how far it reaches out of the region [m].
         size: its diameter [m].
-        way: by which it may come farther into the region [m].
+        way: by which it may come farther into the region [m]; 0 in steps that no fault has halted.
     """
     if not len(out):
         return np.zeros(0, dtype=bool)

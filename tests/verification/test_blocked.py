@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -57,8 +58,14 @@ R, RADIUS, DT = 3.0, 0.5, 0.01
 """Of the region at the origin [m], of a1 [m], between samples [s]."""
 
 
-def came(way: list[float], halted: bool = False) -> bool:
-    """Whether a1 enters the region by way of these distances from its centre; blocked so that the first counts."""
+def came(way: list[float], halted: bool = False, parts: int = 1) -> bool:
+    """Whether a1 enters the region by way of these distances from its centre; blocked so that the first counts.
+
+    Args:
+        way: [m].
+        halted: whether by faults.
+        parts: how many steps of the same length these are.
+    """
     distance = np.repeat(way, 2)
     recording = SimpleNamespace(
         agents=("a1",),
@@ -71,8 +78,9 @@ def came(way: list[float], halted: bool = False) -> bool:
     fault = SimpleNamespace(kind="blocked_region", who="yard", time=0.0, step=None)
     region = SimpleNamespace(name="yard", centre=(0.0, 0.0, 0.0), radius=R)
     scenario = SimpleNamespace(faults=(fault,), region=lambda name: region)
-    span = SimpleNamespace(first=0, end=len(distance) - 1, number=0, halted=halted)
-    return bool(list(blocked_violations(recording, scenario, [span])))
+    ends = np.linspace(0, len(distance) - 1, parts + 1).astype(int).tolist()
+    spans = [SimpleNamespace(first=a, end=b, number=0, halted=halted) for a, b in pairwise(ends)]
+    return bool(list(blocked_violations(recording, scenario, spans)))
 
 
 @pytest.mark.parametrize(
@@ -104,3 +112,12 @@ def test_borders(way, entered):
 )
 def test_a_mover_that_is_halted_brakes(way, entered):
     assert came(way, halted=True) == entered
+
+
+@pytest.mark.parametrize(
+    ("share", "entered"), [([0.5, 0.5], False), ([0.9, 0.9], True), ([0.9, 0.0], False), ([0.6, 0.6], True)]
+)
+def test_all_halted_steps_together_are_braked_in_once(share, entered):
+    """First so far, then so much farther."""
+    first, second = (0.98 * BRAKING * part for part in share)
+    assert came([3.6, 3.5 - first, 3.5 - first - second], halted=True, parts=2) == entered
