@@ -112,6 +112,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
+def printable(text: str) -> str:
+    """The same text on one line, with escapes in place of what a terminal would obey."""
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
+
+
 def listing(names: Iterable[Any]) -> str:
     """Names as a readable list, cut to what one can take in."""
     words = [str(name)[:80] for name in names]

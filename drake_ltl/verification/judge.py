@@ -11,6 +11,7 @@ import numpy as np
 from drake_ltl.execution.recording import Recording
 from drake_ltl.execution.recording_versions import whose_potential
 from drake_ltl.scenario import Scenario, loads
+from drake_ltl.scenario.table import printable
 from drake_ltl.verification.befallen import befallen, moved_since
 from drake_ltl.verification.blocked import blocked_violations
 from drake_ltl.verification.bodies import body_violations
@@ -177,17 +178,18 @@ def _conduct_violations(
 
 def _stopped(recording: Recording) -> Violation:
     number = recording.steps[-1].number if recording.steps else None
-    return Violation(
-        "run", (), f"the run ended early: {recording.reason or 'no reason is recorded'}", _end(recording), number
-    )
+    reason = printable(recording.reason) or "no reason is recorded"
+    return Violation("run", (), f"the run ended early: {reason}", _end(recording), number)
 
 
 def _monitored(recording: Recording) -> Iterator[Violation]:
     """What the run's monitors saw, but for what ended it: whether it is seen anew here or not, all was not well."""
     for seen in recording.monitored:
         if not recording.reason.endswith(str(seen)):
-            what = f"the {seen.monitor} monitor saw: {seen.what}"
-            yield Violation("monitor", seen.who, what, seen.time, seen.step, seen.value, seen.time, seen.unit)
+            what = printable(f"the {seen.monitor} monitor saw: {seen.what}")
+            yield Violation(
+                "monitor", seen.who, what, seen.time, seen.step, seen.value, seen.time, printable(seen.unit)
+            )
 
 
 def _too_old(recording: Recording) -> bool:

@@ -503,6 +503,17 @@ def test_early_stop(draw):
     assert kinds(verify(stopped)) == {"run", "clearance"}
 
 
+def test_texts_that_a_terminal_would_obey(recording):
+    """They might clear the screen, and write another verdict there."""
+    from drake_ltl.monitoring.violation import Violation as Seen
+
+    seen = Seen("weld\x1b[2J", 1.0, 0, ("a1",), "is open\x07", 1.0, unit="\x9b")
+    spoilt = dataclasses.replace(recording, completed=False, reason="\x1b[2J\nSATISFIED", monitored=(seen,))
+    lines = [str(v) for v in verify(spoilt).violations]
+    assert all(line.isprintable() for line in lines)
+    assert any(line.endswith(r"the run ended early: \x1b[2J\nSATISFIED") for line in lines)
+
+
 def test_stop_in_the_midst_of_a_step(recording):
     """What the step was to reach is not asked for; what it must not touch is."""
     kept = _first_samples(recording, CARRY * PER_STEP + 25)
