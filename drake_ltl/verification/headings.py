@@ -1,4 +1,4 @@
-"""Which way objects face: as the scenario says at the start, and at the end of every transport as it says there."""
+"""Which way objects face: as the scenario says at the start, and, level, at the end of every transport."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ def headings(scenario: Scenario, steps: Sequence[StepRecord]) -> list[dict[str, 
 def heading_errors(
     recording: Recording, scenario: Scenario, spans: Sequence[Span], roles: Sequence[Roles]
 ) -> dict[tuple[int, str], float]:
-    """(step, object) -> angle [rad] about the vertical from the heading that it should have at a transport's end."""
+    """(step, object) -> angle [rad] from the orientation that it should have at a transport's end: it has its heading,
+    and stands as level as at the start, not on an edge."""
     should, objects = headings(scenario, recording.steps), {obj.name: obj for obj in scenario.objects}
     errors = {}
     for span, step in zip(spans, roles, strict=True):
         for name in sorted(step.carried) if span.finished and not span.halted else ():
             is_now = rotations(recording.pose[name][span.end : span.end + 1])
             goal = orientation(objects[name], should[span.number + 1][name])
-            _, _, z, w = (is_now * goal.inv()).as_quat()[0]
-            errors[span.number, name] = float(abs(2.0 * np.arctan2(z * np.sign(w or 1.0), abs(w))))
+            errors[span.number, name] = float((is_now * goal.inv()).magnitude()[0])
     return errors
 
 
@@ -61,6 +61,7 @@ def heading_violations(
     """Objects that transports did not turn as they should, or turned though they should not."""
     for (number, name), error in errors.items():
         (span,) = (span for span in spans if span.number == number)
-        violation = Violation("heading", (name,), f"{name} does not face as it should", step=number, unit="rad")
+        what = f"{name} does not stand or face as it should"
+        violation = Violation("heading", (name,), what, step=number, unit="rad")
         off = np.array([error])
         yield from where_bad(violation, off > limit(scenario), off, recording.time[span.end : span.end + 1])

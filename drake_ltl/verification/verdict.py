@@ -51,7 +51,7 @@ class Verdict(Shown):
     """Least signed distance between the collision geometries of an object and those who grasp it, and between these
     [m], grippers against handles excepted; None if nobody grasps."""
     max_heading_error: float | None = None
-    """Largest angle of an object from its heading at the end of a transport [rad]; None without transports."""
+    """Largest angle of an object from how it should stand at the end of a transport [rad]; None without transports."""
     max_arrival_turn: float | None = None
     """Largest angle of a differential drive from its heading where it arrives [rad]; None if none travels."""
     max_slide: float | None = None

@@ -111,6 +111,20 @@ def test_tolerances_of_headings(recording, scenario):
     assert kinds(verify(turning(recording, 1.01 * most, 0.0))) == {"heading"}
 
 
+def test_a_crate_is_not_left_on_its_edge(recording):
+    """Tilted by 5 degrees while it is carried, its heading right; 2.7 degrees are within tolerances."""
+    for tilt, found in ((2.0, set()), (5.0, {"heading"})):
+        turn = np.deg2rad(tilt) * np.clip((recording.time - CARRY) / 0.9, 0.0, 1.0)
+        pose = recording.pose["o1"].copy()
+        pose[:, :2] = np.column_stack([np.cos(turn / 2), np.sin(turn / 2)])
+        velocity = recording.velocity["o1"].copy()
+        velocity[:, 0] = np.diff(turn, prepend=0.0) / np.diff(recording.time, prepend=-1.0)
+        tilted = dataclasses.replace(
+            recording, pose=recording.pose | {"o1": pose}, velocity=recording.velocity | {"o1": velocity}
+        )
+        assert kinds(verify(tilted)) == found
+
+
 def test_a_crate_begins_as_it_is_told_to(recording):
     verdict = verify(saying(recording, heading=0.01))
     assert {v.kind for v in verdict.violations} == {"start"}
