@@ -23,6 +23,8 @@ ROOM = 0.005
 """Who has arrived is so far inside its region [m], or half as far as its goal if that is less."""
 RETREATED = 0.002
 """A retreat ends this close to its goal [m, rad]."""
+OF_WELD_ANGLE = 0.5
+"""So much of what a weld may be off is left to who grasps next and cannot turn: loads settle once they are let go."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +95,18 @@ class Arrival:
 
     def _is_delivered(self, task: TransportTask, now: Measurement) -> bool:
         distance, turn = _offset(task, now)
-        there = distance <= self.tolerances.position and turn <= self.tolerances.angle
+        there = distance <= self.tolerances.position and turn <= self._angle(task)
         return there and self._object_is_inside(task, now)
+
+    def _angle(self, task: TransportTask) -> float:
+        """How far a load may be turned from its goal [rad]: little if some robot that can grasp it cannot turn, and its
+        team can."""
+        agents, angle = self.models.agents, self.tolerances.angle
+        graspers = (agent for agent, obj in self.models.grasps if obj == task.object)
+        stiff = any(not agents[name].yaw_direction for name in graspers)
+        if stiff and all(agents[name].yaw_direction for name in task.team):
+            return min(angle, OF_WELD_ANGLE * self.tolerances.weld_angle)
+        return angle
 
     def _team_speed(self, task: TransportTask, now: Measurement) -> float:
         """Of a carried object [m/s], or of the fastest joint of who carries it if that is more."""
@@ -107,7 +119,7 @@ class Arrival:
     def _transport_text(self, task: TransportTask, now: Measurement) -> str:
         (distance, turn), speed = _offset(task, now), self._team_speed(task, now)
         team = f"{task.object} (carried by {', '.join(task.team)})"
-        turned = f" and {np.rad2deg(turn):.1f} degrees" if turn > self.tolerances.angle else ""
+        turned = f" and {np.rad2deg(turn):.2g} degrees" if turn > self._angle(task) else ""
         return f"{team} is {distance:.2f} m{turned} from its place in {task.goal} (speed {speed:.2f} m/s)"
 
     def _agent_is_inside(self, task: TravelTask, now: Measurement) -> bool:
