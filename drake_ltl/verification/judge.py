@@ -34,6 +34,7 @@ from drake_ltl.verification.lyapunov import lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.motion import motion_violations
 from drake_ltl.verification.objects import broken_grasp_violations, largest_tilt, object_violations
+from drake_ltl.verification.pushes import push_violations
 from drake_ltl.verification.regions import found_at, region_violations, start_violations
 from drake_ltl.verification.rest import rest_violations
 from drake_ltl.verification.roles import Roles, step_roles
@@ -174,6 +175,7 @@ def _conduct_violations(
         yield from body_violations(recording, mechanics, span, roles, breaks)
         yield from rest_violations(recording, span, scenario.tolerances)
     yield from object_violations(recording, run.spans, run.roles, scenario.tolerances, pushed, breaks)
+    yield from push_violations(recording, scenario, mechanics, run.spans, run.roles)
 
 
 def _stopped(recording: Recording) -> Violation:

@@ -22,6 +22,8 @@ class Mechanics:
     """agent with an arm -> X_WE(q_i) (T, 4, 4)."""
     ring: Mapping[str, np.ndarray]
     """object -> X_OG (4, 4), its grasp frame at azimuth 0; turned about the object's z axis it is one as well."""
+    mass: Mapping[str, float]
+    """object -> [kg]"""
     lowest: Mapping[str, np.ndarray]
     """object -> (T,) height of its lowest point above the floor [m]."""
     seen: np.ndarray

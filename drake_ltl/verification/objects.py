@@ -62,17 +62,17 @@ def object_violations(
     for obj in recording.objects:
         put = 0
         for span, step in zip(spans, roles, strict=True):
-            first, settles = span.first, span.halted and obj in step.carried
+            first, end, settles = span.first, span.end, span.halted and obj in step.carried
             limit, most = (SETTLING, SETTLING_TURN) if settles else (usual, TURN)
             if obj in step.carried:
                 first = put = _let_go(recording, obj, span, step)
             elif span.halted and obj in span.faulty and pushed.get(obj, np.inf) <= recording.time[span.end]:
-                first = put = span.end
-            time, pose = recording.time[first : span.end + 1], recording.pose[obj][first : span.end + 1]
+                end = int(np.searchsorted(recording.time, pushed[obj])) - 1  # from then on see `pushes`
+            time, pose = recording.time[first : end + 1], recording.pose[obj][first : end + 1]
             off = pose[:, 4:] - recording.pose[obj][put, 4:]
             if settles:
                 broken = set(span.faulty).intersection(breaks)
-                off[:, 2] = _risen_or_fallen(recording, obj, slice(first, span.end + 1), broken)
+                off[:, 2] = _risen_or_fallen(recording, obj, slice(first, end + 1), broken)
             way = np.linalg.norm(off, axis=1)
             what = f"{obj} moves by more than {1e3 * limit:.3g} mm though nobody carries it"
             yield from where_bad(Violation("object", (obj,), what, step=span.number, unit="m"), way > limit, way, time)
@@ -81,7 +81,7 @@ def object_violations(
             yield from where_bad(
                 Violation("object", (obj,), what, step=span.number, unit="rad"), turn > most, turn, time
             )
-            put = span.end if settles else put
+            put = span.end if settles or end < span.end else put
 
 
 def _let_go(recording: Recording, obj: str, span: Span, step: Roles) -> int:

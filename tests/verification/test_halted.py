@@ -13,6 +13,7 @@ from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.scenario import loads
 from drake_ltl.verification import models, verify
 from drake_ltl.verification.befallen import befallen
+from drake_ltl.verification.pushes import explained
 
 BREAKS = "{kind: weld_breaks, agent: a2, time: 2.2}"
 WEAK = "{kind: torque_limits, agent: a2, time: 2.2, factor: 0.1}"
@@ -176,15 +177,41 @@ def test_nor_after_another_grasp_gapes_that_a_fault_excuses(recording, monkeypat
 @pytest.mark.parametrize(("fault", "excused"), [(OTHER, True), (OTHER.replace("o2", "o1"), False)])
 def test_an_object_moves_by_itself_if_the_scenario_pushes_it(recording, fault, excused):
     """o2 slides by 5 cm while its record says that a fault befell it."""
-    pose, velocity = recording.pose["o2"].copy(), recording.velocity["o2"].copy()
-    way = 0.05 * np.clip(recording.time - 2.0, 0.0, 1.0)
-    pose[:, 5] += way
-    velocity[1:, 4] += np.diff(way) / np.diff(recording.time)
-    moved = dataclasses.replace(
-        recording, pose={**recording.pose, "o2": pose}, velocity={**recording.velocity, "o2": velocity}
-    )
+    moved = slid(recording, 0.05 * np.clip(recording.time - 2.0, 0.0, 1.0))
     found = said(halted(moved, fault, faulty=("o2",)))
     assert any("o2 moves by more than" in what for what in found) != excused
+
+
+def slid(recording: Recording, way: np.ndarray) -> Recording:
+    """o2 has moved north by so much (T,) [m]."""
+    pose, velocity = recording.pose["o2"].copy(), recording.velocity["o2"].copy()
+    pose[:, 5] += way
+    velocity[1:, 4] += np.diff(way) / np.diff(recording.time)
+    return dataclasses.replace(
+        recording, pose={**recording.pose, "o2": pose}, velocity={**recording.velocity, "o2": velocity}
+    )
+
+
+@pytest.mark.parametrize(
+    ("impulse", "time", "swings", "excused"),
+    [(0.5, 2.1, 0, True), (0.1, 2.1, 0, False), (0.5, 2.5, 0, False), (0.5, 2.1, 1, False)],
+    ids=["pushed", "too gently", "too late", "comes back"],
+)
+def test_what_is_pushed_is_as_fast_as_its_push_makes_it_and_no_faster_later(recording, impulse, time, swings, excused):
+    """The 0.5 kg of o2 go at 0.9 m/s from 2.1 s on, and ever slower; or, having come to rest, back."""
+    late = np.clip(recording.time - 2.1, 0.0, 0.4)
+    way = 0.9 * late - 0.9 / 0.8 * late**2
+    again = np.clip(recording.time - 2.5, 0.0, 0.4)
+    way -= swings * (0.9 * again - 0.9 / 0.8 * again**2)
+    push = f"{{kind: push, object: o2, time: {time}, impulse: [0, {impulse}]}}"
+    found = said(halted(slid(recording, way), push, faulty=("o2",)))
+    assert any(what.startswith("o2 ") for what in found) != excused
+
+
+def test_what_falls_may_become_faster():
+    time, z = np.arange(3) * 0.1, np.array([0.3, 0.3, 0.1])
+    most = explained([(0.0, 1.0)], time, np.array([0.0, 1.0, 2.5]), z)
+    np.testing.assert_allclose(most, [1.0, 1.0, np.sqrt(1.0 + 2.0 * 9.81 * 0.2)])
 
 
 def test_faults_happen_at_the_earliest_of_their_times(recording, scenario_text):
