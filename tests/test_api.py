@@ -168,3 +168,8 @@ def test_a_plan_of_ones_own_is_carried_out_and_judged(tmp_path, shuttle_text):
         assert "SATISFIED" in text
         assert "shuttle" in text
         assert "rise of V" in text
+
+
+def test_a_method_that_there_is_not_is_refused(starter):
+    with pytest.raises(InvalidInputError, match="there is no method 'quick'; take one of auto, explicit, bounded"):
+        drake_ltl.plan(starter, method="quick")

@@ -47,7 +47,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="plan, carry out and verify",
         description="Plans a scenario, carries the plan out in a multibody simulation and judges the recording: "
         "exit status 0 only if the specification held and nothing collided.",
-        epilog="example: drake-ltl simulate case_ii --report out --record out/page.html",
+        epilog="example: drake-ltl simulate case_ii --report out --record page.html",
     )
     parser.add_argument("file", type=scenario_path, metavar="FILE", help=SCENARIO_HELP)
     parser.add_argument(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-from drake_ltl.errors import SearchLimitError
+from drake_ltl.errors import InvalidInputError, Mistake, SearchLimitError
 from drake_ltl.planning.fits import Fits
 from drake_ltl.planning.plan import Plan, State
 from drake_ltl.planning.planner import plan
 from drake_ltl.scenario.model import Scenario
+from drake_ltl.scenario.table import shown
 
 Method = Literal["auto", "explicit", "bounded"]
 
@@ -36,9 +37,13 @@ def plan_by(
         report: called by the bounded method with each better plan and bound (`bounded.Progress`).
 
     Raises:
+        InvalidInputError: there is no such method.
         InfeasibleError: there is no plan.
         SearchLimitError: the problem is too large for the explicit method, or the time was too short.
     """
+    if method not in get_args(Method):
+        remedy = f"take one of {', '.join(get_args(Method))}"
+        raise InvalidInputError([Mistake("method", f"there is no method {shown(method)}", remedy)])
     if method != "bounded":
         try:
             return plan(scenario, start, fits), "explicit"

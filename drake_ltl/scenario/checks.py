@@ -14,6 +14,8 @@ from drake_ltl.scenario.model import Agent, Region, TransportObject
 from drake_ltl.scenario.names import check_name, is_name
 from drake_ltl.scenario.table import Table, UnfitValueError, did_you_mean, listing, shown
 
+SHIPPED = {"agents": ("agents", "bases"), "objects": ("objects",)}
+"""Folders of models for members of each kind."""
 ROUNDING = 1e-9
 """Overlaps below this [m] are rounding of decimal numbers."""
 
@@ -155,7 +157,9 @@ def check_object_model(uri: str | None, folder: ModelFolder, entry: Table) -> st
 def _existing(uri: str | None, folder: ModelFolder, kind: str, entry: Table) -> Path | None:
     if uri is None or not folder.look:
         return None
-    remedy = f"write the path of a file, or one of: {listing(model_files.shipped(kind))}"
+    shipped = [name for inside in SHIPPED[kind] for name in model_files.shipped(inside)]
+    meant = did_you_mean(Path(uri).name, [Path(name).name for name in shipped])
+    remedy = f"{meant}write the path of a file, or one of: {listing(shipped)}"
 
     def find() -> Path:
         try:

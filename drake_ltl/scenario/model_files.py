@@ -39,7 +39,7 @@ def resolve(uri: str, base: Path | None = None) -> Path:
 
 
 def shipped(folder: str) -> tuple[str, ...]:
-    """URIs of the models in `folder` (`agents` or `objects`) that come with the library."""
+    """URIs of the models in `folder` (`agents`, `bases` or `objects`) that come with the library."""
     inside = shipped_folder() / folder
     files = sorted(path.name for path in inside.glob("*") if path.suffix in (".urdf", ".sdf"))
     return tuple(f"package://{PACKAGE}/{folder}/{name}" for name in files)

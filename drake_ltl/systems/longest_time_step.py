@@ -49,7 +49,7 @@ def longest_time_step(
 
 
 def nearest(relations: StepRelations) -> tuple[float, str]:
-    """By how much the movers are clear of what they are closest to at the start [m], and what that is."""
+    """How near movers are to something at the start [m], at the least, and who to what."""
     return min(_slacks(relations), key=lambda slack: slack[0])[:2]
 
 
@@ -64,10 +64,11 @@ def _slacks(relations: StepRelations) -> list[tuple[float, str, tuple[int, ...]]
     p, found = relations.start, []
     for pair in relations.relations.apart:
         gap = float(np.linalg.norm(p[pair.a] - p[pair.b])) - pair.radius
-        found.append((gap, str(pair.label), (pair.a, pair.b)))
+        found.append((gap, " and ".join(pair.label.names), (pair.a, pair.b)))
     for ball in relations.relations.inside:
         gap = ball.radius - float(np.linalg.norm(p[ball.a] - np.array(ball.centre)))
-        found.append((gap, str(ball.label), (ball.a,)))
+        mover, *region = ball.label.names
+        found.append((gap, f"{mover} and the border of {region[0] if region else 'the workspace'}", (ball.a,)))
     return found
 
 

@@ -43,8 +43,8 @@ def _too_long(
         short = 10.0 ** np.floor(np.log10(longest))
         yield Mistake(
             "simulation.time_step",
-            f"{time_step:g} s is too long for the start of step {number}, in which between {what} there are "
-            f"{1e3 * gap:.3g} mm: torques held for so long may raise V",
+            f"{time_step:g} s is too long for the start of step {number}: {what} are {1e3 * gap:.3g} mm apart, and "
+            "torques held for so long may raise V",
             f"use at most {np.floor(longest / short) * short:g} s, or let them start farther apart",
         )
 

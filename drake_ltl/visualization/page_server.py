@@ -62,6 +62,11 @@ class _Handler(http.server.BaseHTTPRequestHandler):
     sources: Mapping[str, Source]
     behind: str
 
+    def handle(self) -> None:
+        """Whoever has closed the page does not wait for an answer."""
+        with suppress(ConnectionError):
+            super().handle()
+
     def do_GET(self) -> None:
         path, _, query = self.path.partition("?")
         source = self.sources.get(path)

@@ -115,3 +115,12 @@ def test_a_relative_path_is_looked_for_where_the_message_says(tmp_path, data):
     relative, absolute = caught.value.mistakes
     assert relative.what == f"'models/arm.urdf' is no file (looked for as {tmp_path / 'models' / 'arm.urdf'})"
     assert absolute.what == f"{str(tmp_path / 'arm.urdf')!r} is no file"
+
+
+def test_a_misspelt_model_is_told_its_name_and_all_that_there_are(data):
+    data["agents"]["a1"]["model"] = "package://drake_ltl_models/agents/planar_arms.urdf"
+    with pytest.raises(InvalidInputError) as caught:
+        loads(yaml.safe_dump(data, sort_keys=False))
+    (mistake,) = caught.value.mistakes
+    assert mistake.remedy.startswith("did you mean `planar_arm.urdf`? ")
+    assert "bases/differential_drive.urdf" in mistake.remedy

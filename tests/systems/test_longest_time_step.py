@@ -102,14 +102,14 @@ def test_a_start_too_close_for_the_time_step_is_refused_with_what_would_do(scena
     models, program = border
     _, field = begin(scenario, models, program)
     gap, what = nearest(field.relations)
-    assert what.startswith("a1 and home")
+    assert what == "a1 and the border of home"
     assert gap == pytest.approx(0.003, abs=1e-3)
     coarse = replace(scenario, simulation=replace(scenario.simulation, time_step=0.01))
     with pytest.raises(InvalidInputError) as caught:
         check_fields(program, coarse, models)
     (mistake,) = caught.value.mistakes
     assert mistake.where == "simulation.time_step"
-    assert "step 1, in which between a1 and home" in mistake.what
+    assert "step 1: a1 and the border of home are 3 mm apart" in mistake.what
     least = float(mistake.remedy.split()[3])
     fine = replace(scenario, simulation=replace(scenario.simulation, time_step=least))
     check_fields(program, fine, models)

@@ -1,8 +1,12 @@
-"""Who can reach what is served: this computer alone, unless told otherwise."""
+"""Who can reach what is served (this computer alone, unless told otherwise), and who leaves before it has come."""
 
 from __future__ import annotations
 
 import ipaddress
+import socket
+import struct
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -65,3 +69,23 @@ def test_a_page_connects_to_where_it_comes_from():
         f"<body><script>{_ADDRESS}</script></body>", '"http://" + location.hostname + ":7000/"', PageData("t", ())
     )
     assert 'url = "http://" + location.hostname + ":7000/";' in page
+
+
+def test_who_closes_a_page_before_it_has_come_is_no_error(capfd):
+    page, asked = "x" * 10_000_000, threading.Event()  # more than sockets hold, so that it is still on its way
+
+    def source(_: str) -> str:
+        asked.set()
+        return page
+
+    server = PageServer({"/": source})
+    port = int(server.url.rstrip("/").rpartition(":")[2])
+    with socket.create_connection(("localhost", port)) as client:
+        client.sendall(b"GET / HTTP/1.0\r\n\r\n")
+        assert asked.wait(10.0)
+        client.recv(100)
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closed by a reset
+    while any("process_request_thread" in thread.name for thread in threading.enumerate()):
+        time.sleep(0.01)
+    server.close()
+    assert capfd.readouterr().err == ""
