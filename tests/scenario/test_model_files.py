@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from drake_ltl.errors import InvalidInputError
-from drake_ltl.scenario import load, model_files
+from drake_ltl.scenario import load, loads, model_files
 
 
 def urdf(*kinds: str) -> str:
