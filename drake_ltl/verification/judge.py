@@ -12,6 +12,7 @@ from drake_ltl.execution.recording import Recording
 from drake_ltl.execution.recording_versions import whose_potential
 from drake_ltl.scenario import Scenario, loads
 from drake_ltl.scenario.table import printable
+from drake_ltl.verification.arrivals import arrival_violations
 from drake_ltl.verification.befallen import befallen, moved_since
 from drake_ltl.verification.blocked import blocked_violations
 from drake_ltl.verification.bodies import body_violations
@@ -102,6 +103,7 @@ def verify(
     violations += motion_violations(recording, run.spans)
     if not _too_old(recording):
         violations += interval_violations(recording, run.spans, mechanics.goals)
+        violations += arrival_violations(recording, scenario, run.spans, mechanics.limits)
         stopped = befallen(recording, scenario, "agent_stops")
         violations += left_alone_violations(recording, run.spans, run.roles, welds.open, stopped)
     violations += action_violations(run.expected, run.spans, recording.time, can_carry or powers_add_up(scenario))

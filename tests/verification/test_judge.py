@@ -9,6 +9,7 @@ import pytest
 
 from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.verification import Verdict, Violation, verify
+from drake_ltl.verification.arrivals import arrival_violations
 from drake_ltl.verification.lyapunov import NO_VALUE, lyapunov_rises, lyapunov_violations
 from drake_ltl.verification.potential import TOUCHING
 from drake_ltl.verification.roles import Roles
@@ -428,6 +429,33 @@ def test_mover_that_no_function_moves(recording, name):
     assert violation.who == (name,)
     assert "under no navigation function" in violation.what
     assert violation.worst > 8.0
+
+
+@pytest.mark.parametrize(("index", "field", "name", "axis"), [(0, "travels", "a1", 0), (1, "transports", "o1", 2)])
+def test_goal_that_is_never_reached(recording, index, field, name, axis):
+    """Any way leads towards a goal that is far enough off."""
+    changed = list(recording.intervals)
+    goal = np.array(getattr(changed[index], field)[name])
+    goal[axis] += 0.1
+    goals = {**getattr(changed[index], field), name: tuple(goal.tolist())}
+    changed[index] = dataclasses.replace(changed[index], **{field: goals})
+    violation = only(verify(dataclasses.replace(recording, intervals=tuple(changed))), "lyapunov")
+    assert (violation.who, violation.worst) == ((name,), pytest.approx(0.1))
+    assert "has not reached the goal" in violation.what
+
+
+@pytest.mark.parametrize(("is_drive", "turns", "reached"), [(True, 1, True), (False, 1, False), (True, 0.25, False)])
+def test_joints_at_the_goal(recording, scenario, is_drive, turns, reached):
+    """A heading is the same after a turn, an arm's joint is not."""
+    a1, *others = scenario.agents
+    changed = dataclasses.replace(scenario, agents=(dataclasses.replace(a1, has_arm=not is_drive), *others))
+    x, y, *joints = recording.intervals[0].travels["a1"]
+    goal = {**recording.intervals[0].travels, "a1": (x, y, joints[0] + turns * 2 * np.pi, *joints[1:])}
+    run = dataclasses.replace(recording, intervals=(dataclasses.replace(recording.intervals[0], travels=goal),))
+    free = {name: (np.full(4, -np.inf), np.full(4, np.inf)) for name in recording.agents}
+    assert bool(list(arrival_violations(run, changed, step_spans(run), free))) != reached
+    tight = free | {"a1": (np.full(4, -20.0), np.array([20.0, 20.0, 0.2, 20.0]))}
+    assert any("limits" in v.what for v in arrival_violations(run, changed, step_spans(run), tight))
 
 
 def test_touching_has_no_lyapunov_function(recording):
