@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_ltl.multibody import MeasureGeometry
