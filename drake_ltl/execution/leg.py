@@ -190,7 +190,8 @@ class Leg:
         supervisor = self.diagram.supervisor
         self._apply_grasps()
         self._step = supervisor.step_program(self._own)
-        self.going.ways |= {agent: (a.start, a.goal) for a in self._step.actions for agent in a.agents}
+        leaving = [action for action in self._step.actions if action.kind != "release"]  # that is done anywhere
+        self.going.ways |= {agent: (action.start, action.goal) for action in leaving for agent in action.agents}
         supervisor.Halt(self._own, self._unable)
         self._settle()
         self._let_go(self.holds().keys() & self.going.losses.agents)  # held fast by them nothing could be lowered

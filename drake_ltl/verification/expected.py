@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.spans import Span
@@ -13,11 +13,14 @@ from drake_ltl.verification.violations import Violation
 
 @dataclass(frozen=True)
 class Expected:
-    """Regions and grasps between two steps; a region is None after a start outside every region."""
+    """Regions and grasps between two steps; a region is None after a start outside every region, and where a fault has
+    halted who was on its way."""
 
     agents: Mapping[str, str | None]
     objects: Mapping[str, str | None]
     grasps: Mapping[str, str | None]
+    between: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    """member that a fault has halted in no region -> those that it was on its way from and to."""
 
     def region(self, member: str) -> str | None:
         """Of an agent or an object."""
@@ -47,12 +50,23 @@ def expectations(
 
 def _halted(before: Expected, found: Expected, span: Span) -> Expected:
     """How far those who acted came shows in what is found alone."""
-    acted = {name for action in span.actions for name in (*action["agents"], action["object"])} | set(span.faulty)
+    ends = {
+        name: frozenset((action["from"], action["to"]))
+        for action in span.actions
+        for name in (*action["agents"], action["object"])
+    }
+    acted = ends.keys() | set(span.faulty)
 
     def joined(was: Mapping[str, str | None], now: Mapping[str, str | None]) -> dict[str, str | None]:
         return {name: now[name] if name in acted else value for name, value in was.items()}
 
-    return Expected(joined(before.agents, found.agents), joined(before.objects, found.objects), found.grasps)
+    agents, objects = joined(before.agents, found.agents), joined(before.objects, found.objects)
+    between = {
+        name: before.between.get(name) or ends.get(name, frozenset([before.region(name)]))
+        for name, region in (agents | objects).items()
+        if region is None
+    }
+    return Expected(agents, objects, found.grasps, between)
 
 
 CanCarry = Callable[[str, frozenset[str]], bool]
@@ -92,13 +106,15 @@ def _after(before: Expected, actions: Iterable[dict]) -> Expected:
                 agents[agent] = action["to"]
         if action["kind"] == "transport":
             objects[obj] = action["to"]
-    return Expected(agents, objects, grasps)
+    where = agents | objects
+    between = {name: ends for name, ends in before.between.items() if where[name] is None}
+    return Expected(agents, objects, grasps, between)
 
 
 def _faults(before: Expected, action: dict) -> Iterator[tuple[tuple[str, ...], str]]:
     kind, obj, start = action["kind"], action["object"], action["from"]
     for member in (*action["agents"], *([] if obj is None else [obj])):
-        if before.region(member) not in (start, None):
+        if not _may_begin(before, member, kind, start):
             yield (member,), f"{kind} of {member} begins in {start}, where it is not"
     needed = obj if kind in ("release", "transport") else None
     for agent in action["agents"]:
@@ -108,6 +124,15 @@ def _faults(before: Expected, action: dict) -> Iterator[tuple[tuple[str, ...], s
         yield (obj,), f"{obj} is carried by others than those that grasp it"
     if kind in ("grasp", "release") and action["to"] != start:
         yield tuple(action["agents"]), f"{kind} that begins in {start} and ends in {action['to']}"
+
+
+def _may_begin(before: Expected, member: str, kind: str, start: str) -> bool:
+    """Whether an action of a member may begin in a region. Who was halted on its way from one to another goes on from
+    either, or lets go where it is; whose start was wrong (another violation) may be anywhere."""
+    if before.region(member) is not None:
+        return before.region(member) == start
+    ends = before.between.get(member)
+    return ends is None or kind == "release" or (kind != "grasp" and start in ends)
 
 
 def _clashes(actions: Sequence[dict]) -> Iterator[tuple[tuple[str, ...], str]]:

@@ -58,11 +58,12 @@ def left_alone_violations(
 
 
 def _driven(recording: Recording, span: Span, step: Roles, opened: np.ndarray) -> dict[str, np.ndarray]:
-    """member -> (T,) whether a navigation function moves it; carriers as long as they hold what they carry."""
+    """member -> (T,) whether a navigation function moves it; carriers as long as they hold what they carry. Who lets go
+    of something has nowhere else to go."""
     driven = {name: np.zeros(len(recording.time), dtype=bool) for name in (*recording.agents, *recording.objects)}
     for record in recording.intervals:
         if record.step == span.number:
-            for name in (*record.travels, *record.transports):
+            for name in {*record.travels, *record.transports} & (step.moving | step.grasping.keys()):
                 driven[name] |= _rows(recording, record)
     alone = freed(recording, span, step, opened)
     for mover in step.transports:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,6 +12,12 @@ from drake_ltl.execution.recording import NOTHING, Recording
 from drake_ltl.verification import verify
 
 GRASP, CARRY = 1, 2
+
+
+@pytest.fixture
+def recording(draw: Callable[[int], Recording]) -> Recording:
+    """It ends early, before a2 grasps again, which nobody does whom a fault has befallen."""
+    return dataclasses.replace(draw(4), completed=False, reason="early")
 
 
 def shifted(recording: Recording, name: str, step: int, way: tuple[float, float]) -> Recording:
