@@ -57,7 +57,8 @@ class Explanation:
         lines = [line for title, texts in paragraphs if texts for line in (title, *(f"  {text}" for text in texts))]
         if self.minimal:
             found = ", found and checked" if self.verified else ""
-            lines.append(f"without {'any one of them' if several else 'it'} there is a plan{found}")
+            there_is = "any one of them the others alone have a plan" if several else "it there is a plan"
+            lines.append(f"without {there_is}{found}")
         return tuple(lines)
 
     def __str__(self) -> str:

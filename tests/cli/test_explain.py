@@ -71,7 +71,7 @@ def test_why_there_is_none(drake_ltl, examples):
     lines = sections(result.out)["Whether there is a plan"]
     assert lines[0].startswith("No: ")
     assert "strong must never enter lab (strong: G !lab)" in lines
-    assert "without any one of them there is a plan, found and checked" in lines
+    assert "without any one of them the others alone have a plan, found and checked" in lines
 
 
 def test_it_fits_eighty_columns_and_is_plain(case_i_text):

@@ -114,7 +114,7 @@ def test_too_weak_where_others_may_not_go(make_scenario):
         "  o2 starts in pi1",
         "for",
         "  a2 + a3 give 5, too little for o2 in pi3; no other may enter it",
-        "without any one of them there is a plan, found and checked",
+        "without any one of them the others alone have a plan, found and checked",
     )
 
 
@@ -303,7 +303,7 @@ def test_a_planner_that_gives_up_leaves_the_rest_unverified(make_scenario):
     found = explain_infeasible(scenario, start, anything_fits, find_plan=slow)
     assert found.minimal
     assert not found.verified
-    assert found.lines[-1] == "without any one of them there is a plan"
+    assert found.lines[-1] == "without any one of them the others alone have a plan"
 
 
 def test_a_planner_that_contradicts_is_a_defect(make_scenario):
