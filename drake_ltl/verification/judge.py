@@ -43,6 +43,7 @@ from drake_ltl.verification.sizes import radius_violations
 from drake_ltl.verification.soundness import check_sound
 from drake_ltl.verification.spans import Span, step_spans
 from drake_ltl.verification.starts import start_pose_violations
+from drake_ltl.verification.stops import stop_violations
 from drake_ltl.verification.verdict import Verdict
 from drake_ltl.verification.violations import Violation, merged
 from drake_ltl.verification.word import readings, word_violations
@@ -110,6 +111,7 @@ def verify(
     violations += clearance_violations(clearances)
     violations += inside_team_violations(nearest)
     violations += _conduct_violations(recording, scenario, run, mechanics, welds)
+    violations += stop_violations(recording, scenario)
     violations += blocked_violations(recording, scenario, run.spans)
     violations += heading_violations(recording, scenario, run.spans, turned)
     violations += drive_violations(recording, scenario, run.spans, aside, arrived)

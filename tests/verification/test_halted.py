@@ -182,6 +182,18 @@ def test_an_object_moves_by_itself_if_the_scenario_pushes_it(recording, fault, e
     assert any("o2 moves by more than" in what for what in found) != excused
 
 
+@pytest.mark.parametrize(
+    ("fault", "moves"),
+    [("{kind: agent_stops, agent: a2, time: 0.5}", True), ("{kind: agent_stops, agent: a2, step: 2}", True),
+     ("{kind: agent_stops, agent: a3, time: 0.5}", False), ("{kind: agent_stops, agent: a2, time: 3.98}", False),
+     ("{kind: agent_stops, agent: a2, time: 0.5, how: limp}", False)],
+    ids=["on its way", "at a step", "stands", "at the end", "limp"],
+)  # fmt: skip
+def test_who_is_stopped_stands_whether_that_is_noticed_or_not(recording, fault, moves):
+    stopped = dataclasses.replace(recording, scenario=f"{recording.scenario}\nfaults: [{fault}]\n")
+    assert any("after a fault has stopped it" in what for what in said(stopped)) == moves
+
+
 def slid(recording: Recording, way: np.ndarray) -> Recording:
     """o2 has moved north by so much (T,) [m]."""
     pose, velocity = recording.pose["o2"].copy(), recording.velocity["o2"].copy()
