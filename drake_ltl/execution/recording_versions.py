@@ -46,9 +46,9 @@ def whose_potential(lacks: Collection[str]) -> int:
 
 def lacks_of_some_version(lacks: Sequence[str]) -> bool:
     """Whether files that lack this were ever written: who lacks something lacks all that is newer."""
-    newest_alone = {"effort", "manipulability"} - set(lacks)  # later files of version 2 have them
+    there = {"effort", "manipulability"} - set(lacks)  # later files of version 2 have them
     oldest = min((SINCE.get(name, 0) for name in lacks), default=VERSION + 1)
-    return list(lacks) == [name for name, since in SINCE.items() if since >= oldest and name not in newest_alone]
+    return list(lacks) == [name for name, since in SINCE.items() if since >= oldest and name not in there]
 
 
 def _from_1(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
