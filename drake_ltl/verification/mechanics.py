@@ -24,6 +24,8 @@ class Mechanics:
     """object -> X_OG (4, 4), its grasp frame at azimuth 0; turned about the object's z axis it is one as well."""
     mass: Mapping[str, float]
     """object -> [kg]"""
+    kinetic: Mapping[str, np.ndarray]
+    """object -> (T,) its kinetic energy, with that mass [J]."""
     lowest: Mapping[str, np.ndarray]
     """object -> (T,) height of its lowest point above the floor [m]."""
     seen: np.ndarray

@@ -49,6 +49,7 @@ def work_out(recording: Recording, scenario: Scenario) -> Mechanics:
         },
         ring={name: model.X_OG.GetAsMatrix4() for name, model in objects.items()},
         mass={name: model.mass for name, model in objects.items()},
+        kinetic={name: _energy(model, recording, name) for name, model in objects.items()},
         lowest={name: _lowest(pose[name], model.balls_O) for name, model in objects.items()},
         seen=seen,
         reach=reach | {name: np.array([model.inner_radius]) for name, model in objects.items()},

@@ -1,6 +1,7 @@
 """Objects that a fault pushes: as fast as its impulse makes them, and slower from then on.
 
-Nothing else gives energy to an object that nobody holds: but where it is pushed v^2 / 2 + g z may only fall.
+Nothing else gives energy to an object that nobody holds: but where it is pushed, its kinetic energy and m g z may only
+fall. A crate that has come to rest on an edge may rock.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ def push_violations(
         for obj in [name for name in recording.objects if name in span.faulty and name not in step.carried]:
             pushes = _pushes(recording, scenario, mechanics, obj)
             speed = np.linalg.norm(recording.velocity[obj][span.samples, 3:], axis=1)
-            time, z = recording.time[span.samples], recording.pose[obj][span.samples, 6]
-            most = explained(pushes, time, speed, z) + UNNOTICED
+            time, height = recording.time[span.samples], G * recording.pose[obj][span.samples, 6]
+            energy = mechanics.kinetic[obj][span.samples] / mechanics.mass[obj] + height
+            most = explained(pushes, time, speed, energy, height) + UNNOTICED
             what = f"{obj} is faster than its push explains"
             violation = Violation("object", (obj,), what, step=span.number, unit="m/s")
             yield from where_bad(violation, speed > most, speed, time)
@@ -51,22 +53,25 @@ def _pushes(recording: Recording, scenario: Scenario, mechanics: Mechanics, obj:
     )
 
 
-def explained(pushes: Sequence[tuple[float, float]], time: np.ndarray, speed: np.ndarray, z: np.ndarray) -> np.ndarray:
+def explained(
+    pushes: Sequence[tuple[float, float]], time: np.ndarray, speed: np.ndarray, energy: np.ndarray, height: np.ndarray
+) -> np.ndarray:
     """(n,) how fast an object can be [m/s]; infinite before the first push, for which others answer.
 
     Args:
         pushes: (when [s], by how much faster it makes the object [m/s]), in order of time.
         time: (n,) [s].
         speed: (n,) [m/s].
-        z: (n,) height [m].
+        energy: (n,) all its energy, for each kg [J/kg].
+        height: (n,) of this what its height makes [J/kg].
     """
-    most, energy = np.full(len(time), np.inf), 0.5 * speed**2 + G * z
+    most = np.full(len(time), np.inf)
     bounds = [*np.searchsorted(time, [when for when, _ in pushes]).tolist(), len(time)]
     for number, (first, after) in enumerate(pairwise(bounds)):
         if first < after:
             faster = sum(by for _, by in pushes[: number + 1])
-            at_once = 0.5 * (speed[first] + faster) ** 2 + G * z[first]
+            at_once = energy[first] + speed[first] * faster + 0.5 * faster**2
             has_come = time[first:after] >= pushes[number][0] + COMES_WITHIN
             least = np.minimum.accumulate(np.where(has_come, energy[first:after], at_once))
-            most[first:after] = np.sqrt(2.0 * np.maximum(least - G * z[first:after], 0.0))
+            most[first:after] = np.sqrt(2.0 * np.maximum(least - height[first:after], 0.0))
     return most

@@ -124,6 +124,7 @@ def _mechanics(recording: Recording) -> Mechanics:
         },
         ring=dict.fromkeys(OBJECTS, _gripper(np.array([RING, 0.0, 0.0]), WEST)),
         mass=dict.fromkeys(OBJECTS, 0.5),
+        kinetic={name: 0.25 * np.sum(v[:, 3:] ** 2, axis=1) for name, v in recording.velocity.items()},
         lowest={name: pose[:, 6] - HEIGHT for name, pose in recording.pose.items()},
         seen=seen,
         reach={name: np.full(len(seen), 0.7) for name in AGENTS} | {name: np.array([0.4]) for name in OBJECTS},

@@ -221,8 +221,8 @@ def test_what_is_pushed_is_as_fast_as_its_push_makes_it_and_no_faster_later(reco
 
 
 def test_what_falls_may_become_faster():
-    time, z = np.arange(3) * 0.1, np.array([0.3, 0.3, 0.1])
-    most = explained([(0.0, 1.0)], time, np.array([0.0, 1.0, 2.5]), z)
+    time, height, speed = np.arange(3) * 0.1, 9.81 * np.array([0.3, 0.3, 0.1]), np.array([0.0, 1.0, 2.5])
+    most = explained([(0.0, 1.0)], time, speed, 0.5 * speed**2 + height, height)
     np.testing.assert_allclose(most, [1.0, 1.0, np.sqrt(1.0 + 2.0 * 9.81 * 0.2)])
 
 
