@@ -58,7 +58,7 @@ def _ends(recording: Recording, span: Span) -> dict[str, tuple[tuple[float, ...]
     for record in (record for record in recording.intervals if record.step == span.number):
         rows = np.flatnonzero((recording.step == record.step) & (recording.phase == record.phase))
         for name, goal in ({**record.travels, **record.transports}).items() if len(rows) else ():
-            found[name] = goal, int(rows[-1]) + 1
+            found[name] = goal, min(int(rows[-1]) + 1, len(recording.time) - 1)
     return found
 
 
