@@ -26,7 +26,7 @@ agents:
 objects:
   o1: {model: package://drake_ltl_models/objects/crate.sdf, position: [-4, -1.2], spec: F pi2}
 seed: 3
-simulation: {time_step: 0.02}
+simulation: {time_step: 0.01}
 """
 
 PROGRAM = """

@@ -5,6 +5,7 @@ What fails here cannot be judged; it is bad input, not a violation.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -168,10 +169,9 @@ def _of_no_time(recording: Recording) -> Iterator[Mistake]:
     The first step of a plan and those that make a new plan possible can be done as soon as they begin; a step number
     that faults wait for is not to be reached by steps that never were.
     """
-    left = 1
-    for record, samples in zip(
-        recording.steps, np.bincount(recording.step, minlength=len(recording.steps)), strict=False
-    ):
+    left, counts = 1, Counter(recording.step.tolist())
+    for record in recording.steps:
+        samples = counts[record.number]
         left -= not samples
         if left < 0 or (not samples and record.number == 0 and record.actions):
             yield Mistake(f"recording.steps.{record.number}", "has no samples", _REMEDY)

@@ -30,6 +30,8 @@ def complaints(recording) -> str:
         ({"object_radius": {"o1": 0.4, "o2": 0.4, "é": 1.0}}, "recording.object_radius: names 'é'"),
         ({"suffix_length": 0}, "a run repeats at least one state"),
         ({"step": np.zeros(451, dtype=int)}, "does not count the 9 recorded steps"),
+        ({"step": np.full(451, -1)}, "does not count the 9 recorded steps"),
+        ({"step": np.full(451, 2**62)}, "does not count the 9 recorded steps"),
         ({"grasp": np.full((451, 3), 2)}, "recording.grasp"),
         ({"grasp": np.full((451, 2), -1)}, "recording.grasp: has shape (451, 2)"),
         ({"lyapunov": np.zeros(450)}, "recording.lyapunov"),
