@@ -10,7 +10,7 @@ from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
 from drake_ltl.verification.bodies import BEYOND
 from drake_ltl.verification.drives import YAW
-from drake_ltl.verification.spans import Span
+from drake_ltl.verification.spans import Span, interval_samples
 from drake_ltl.verification.violations import Violation
 
 SLACK = 0.01
@@ -56,7 +56,7 @@ def _ends(recording: Recording, span: Span) -> dict[str, tuple[tuple[float, ...]
     """Mover -> goal of its last interval in a step, and the sample that shows the interval's end."""
     found = {}
     for record in (record for record in recording.intervals if record.step == span.number):
-        rows = np.flatnonzero((recording.step == record.step) & (recording.phase == record.phase))
+        rows = np.flatnonzero(interval_samples(recording, record))
         for name, goal in ({**record.travels, **record.transports}).items() if len(rows) else ():
             found[name] = goal, min(int(rows[-1]) + 1, len(recording.time) - 1)
     return found

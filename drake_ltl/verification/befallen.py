@@ -10,6 +10,8 @@ from drake_ltl.scenario.model import Scenario
 
 NAMELESS = ("blocked_region", "sensors")
 """Kinds that befall no agent and no object. They move nothing by themselves: controllers do."""
+COMES_WITHIN = 0.05
+"""After so long a fault that is due has come [s]: one that waits for a step is looked for every 20 ms."""
 
 
 def since(fault: Fault, recording: Recording) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from drake_ltl.errors import Mistake
 from drake_ltl.execution.recording import IntervalRecord, Recording
 from drake_ltl.scenario.table import LARGEST, shown
+from drake_ltl.verification.spans import interval_samples
 
 LONGEST_NAME = 40
 """That is said as it is."""
@@ -30,7 +31,7 @@ def interval_mistakes(recording: Recording) -> Iterator[Mistake]:
             what = "is of the same step and phase as another" if key == before else "is earlier than the one before it"
             yield Mistake(where, what, _REMEDY)
         before = key
-        if not np.any((recording.step == interval.step) & (recording.phase == interval.phase)):
+        if not interval_samples(recording, interval).any():
             yield Mistake(where, "has no samples", _REMEDY)
         for what in chain(_strangers(recording, interval), _misfits(recording, interval)):
             yield Mistake(where, what, _REMEDY)

@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import IntervalRecord, Recording
 from drake_ltl.verification.regions import centres
-from drake_ltl.verification.spans import Span
+from drake_ltl.verification.spans import Span, interval_samples
 from drake_ltl.verification.violations import Violation
 
 AT_REST = 0.1
@@ -35,15 +35,11 @@ def interval_violations(
             yield from _broken_off(recording, record, after, goals[index])
 
 
-def _rows(recording: Recording, record: IntervalRecord) -> np.ndarray:
-    return (recording.step == record.step) & (recording.phase == record.phase)
-
-
 def _broken_off(
     recording: Recording, record: IntervalRecord, after: IntervalRecord, goals: dict[str, np.ndarray]
 ) -> Iterator[Violation]:
     """At the first sample of the next interval each mover has arrived, or rests."""
-    begin = int(np.argmax(_rows(recording, after)))
+    begin = int(np.argmax(interval_samples(recording, after)))
     for name, goal in goals.items():
         away = float(np.linalg.norm((centres(recording, name)[begin] - goal)[:2]))
         velocity = recording.qd[name] if name in recording.agents else recording.velocity[name]

@@ -9,11 +9,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from drake_ltl.execution.recording import IntervalRecord, Recording
+from drake_ltl.execution.recording import Recording
 from drake_ltl.verification.freed import freed
 from drake_ltl.verification.regions import centres, radius
 from drake_ltl.verification.roles import Roles
-from drake_ltl.verification.spans import Span
+from drake_ltl.verification.spans import Span, interval_samples
 from drake_ltl.verification.violations import Violation, where_bad
 
 STAND = 0.06
@@ -64,16 +64,12 @@ def _driven(recording: Recording, span: Span, step: Roles, opened: np.ndarray) -
     for record in recording.intervals:
         if record.step == span.number:
             for name in {*record.travels, *record.transports} & (step.moving | step.grasping.keys()):
-                driven[name] |= _rows(recording, record)
+                driven[name] |= interval_samples(recording, record)
     alone = freed(recording, span, step, opened)
     for mover in step.transports:
         for agent in mover.team:
             driven[agent] = driven[mover.name] & (np.arange(len(recording.time)) < alone.get(agent, np.inf))
     return driven
-
-
-def _rows(recording: Recording, record: IntervalRecord) -> np.ndarray:
-    return (recording.step == record.step) & (recording.phase == record.phase)
 
 
 def _reach(recording: Recording, agent: str, obj: str) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.verification.befallen import since
+from drake_ltl.verification.befallen import COMES_WITHIN, since
 from drake_ltl.verification.mechanics import Mechanics
 from drake_ltl.verification.roles import Roles
 from drake_ltl.verification.spans import Span
@@ -22,8 +22,6 @@ from drake_ltl.verification.violations import Violation, where_bad
 
 G = 9.81
 """[m/s^2]"""
-COMES_WITHIN = 0.05
-"""After so long a push that is due has come [s]: one that waits for a step is looked for every 20 ms."""
 UNNOTICED = 0.05
 """Speed that nobody notices [m/s]. A crate's that was pushed rose by 1.4 mm/s as it came to rest."""
 

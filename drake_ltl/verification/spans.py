@@ -1,4 +1,4 @@
-"""Which samples belong to which step."""
+"""Which samples belong to which step, and to which interval of V."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_ltl.execution.recording import Recording
+from drake_ltl.execution.recording import IntervalRecord, Recording
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,11 @@ class Span:
     def own(self) -> slice:
         """Without the sample that the next step starts with."""
         return slice(self.first, self.last + 1)
+
+
+def interval_samples(recording: Recording, interval: IntervalRecord) -> np.ndarray:
+    """(T,) whether a sample belongs to an interval of V."""
+    return (recording.step == interval.step) & (recording.phase == interval.phase)
 
 
 def step_spans(recording: Recording) -> tuple[Span, ...]:

@@ -9,12 +9,10 @@ import numpy as np
 from drake_ltl.execution.recording import Recording
 from drake_ltl.scenario.faults import LIMP
 from drake_ltl.scenario.model import Scenario
-from drake_ltl.verification.befallen import since
+from drake_ltl.verification.befallen import COMES_WITHIN, since
 from drake_ltl.verification.left_alone import BRAKING
 from drake_ltl.verification.violations import Violation, where_bad
 
-STANDS_WITHIN = 0.05
-"""After so long a fault that is due has come [s]: one that waits for a step is looked for every 20 ms."""
 CREEP = 0.01
 """Of a joint whose brake is on [m, rad]: under the pull of a whole team joints were measured to creep by 3e-6."""
 
@@ -28,7 +26,7 @@ def stop_violations(recording: Recording, scenario: Scenario) -> Iterator[Violat
     stops = [fault for fault in scenario.faults if fault.kind == "agent_stops"]
     limp = {fault.who for fault in stops if fault.values["how"] == LIMP}
     for fault in (fault for fault in stops if fault.who not in limp):
-        first = int(np.searchsorted(recording.time, since(fault, recording) + STANDS_WITHIN))
+        first = int(np.searchsorted(recording.time, since(fault, recording) + COMES_WITHIN))
         has_arm = next(agent.has_arm for agent in scenario.agents if agent.name == fault.who)
         where = (recording.q if has_arm else recording.centre)[fault.who][first:]
         off = where - where[:1]
